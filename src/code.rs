@@ -46,7 +46,7 @@ macro_rules! codes {
                 }
             }
 
-            /// The name that the code had up to version 0.1; none if it has not changed.
+            /// The name that the code had up to version 0.1; `None` if it has not changed.
             pub const fn former_name(self) -> Option<&'static str> {
                 match self {
                     $($(Self::$code => Some($former),)?)*
@@ -189,7 +189,7 @@ pub fn all_explained() -> impl Iterator<Item = (&'static str, &'static str)> {
     })
 }
 
-/// The code with this name, or with this former name; none for another text.
+/// The code with this name, or with this former name; `None` for another text.
 pub fn named(name: &str) -> Option<Code> {
     let is_name = |code: &&Code| code.name() == name || code.former_name() == Some(name);
     Code::ALL.iter().find(is_name).copied()

@@ -102,7 +102,8 @@ pub enum Error {
         /// Rounding level of that residual.
         tolerance: f64,
     },
-    /// The scheme gains energy that the motion cannot have.
+    /// The total energy changed by more than the limit of the scheme: a gain, or with a scheme that conserves energy
+    /// exactly also a loss.
     #[error(
         "at t = {time} s the total energy has changed by {change:.2e} J{}, which is impossible for this rod. The \
          time step is unstable: {remedy}",
@@ -151,7 +152,7 @@ pub enum Error {
         /// Index of the inner node.
         node: usize,
     },
-    /// A step rotated an edge of a rod with moving supports too far.
+    /// A step rotated an edge by more than 45 degrees, where moving supports or a flow do work on the rod.
     #[error(
         "at t = {time} s edge {edge} would rotate by more than 45 degrees in one step. Use a smaller time.step"
     )]

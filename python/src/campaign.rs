@@ -1,5 +1,5 @@
-//! Campaigns in Python: a plan in a folder, whose tasks a Python scheduler solves one at a time by their ids. Results go to the
-//! store of the plan.
+//! Campaigns in Python: a plan in a folder, whose tasks a Python scheduler solves one at a time by their ids. Results
+//! go to the store of the plan, in a file of this process.
 
 use crate::error::{raised, refused};
 use crate::work::interruptible;
@@ -25,7 +25,7 @@ struct OpenPlan {
 
 #[pymethods]
 impl PyCampaign {
-    /// Reads the plan in a folder.
+    /// Reads the plan in a folder; an error if the folder has no valid plan.
     #[new]
     fn new(py: Python<'_>, folder: PathBuf) -> PyResult<Self> {
         let plan = Plan::open(&folder).map_err(|error| raised(py, error))?;
@@ -34,7 +34,7 @@ impl PyCampaign {
         Ok(Self { inner: Arc::new(OpenPlan { plan, store, indices }) })
     }
 
-    /// The ids of the tasks without a result.
+    /// The ids of the tasks of the plan without a result in its store.
     fn open_tasks(&self, py: Python<'_>) -> PyResult<Vec<String>> {
         let open = self.inner.plan.open_tasks(None).map_err(|error| raised(py, error))?;
         Ok(open.0.iter().map(|task| task.id.clone()).collect())
@@ -45,7 +45,8 @@ impl PyCampaign {
         self.inner.indices.contains_key(id)
     }
 
-    /// Solves a task and stores its result. Returns its exit code, or `None` after Ctrl-C.
+    /// Solves the task with the id `id` and stores its result. Returns its exit code, or `None` after Ctrl-C. An
+    /// `InputError` for an id that the plan does not have.
     fn solve(&self, py: Python<'_>, id: &str) -> PyResult<Option<u8>> {
         let Some(index) = self.inner.indices.get(id).copied() else {
             return Err(refused(py, format!("task: found {id}, allowed: a task of the plan")));

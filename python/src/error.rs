@@ -22,17 +22,19 @@ fn exception(py: Python<'_>, is_input: bool, words: String) -> PyErr {
     class.map_or_else(|error| error, |class| PyErr::from_type(class.clone(), words))
 }
 
-/// The exception of an invalid input with a message.
+/// The exception of an invalid input (`InputError`) with a message.
 pub fn refused(py: Python<'_>, words: impl Display) -> PyErr {
     exception(py, true, words.to_string())
 }
 
-/// The exception of a failed computation with a message.
+/// The exception of a failed computation (`ComputationError`) with a message.
 pub fn failed(py: Python<'_>, words: impl Display) -> PyErr {
     exception(py, false, words.to_string())
 }
 
-/// The exception of an error of the library, with its file, line, key, found and allowed values as attributes.
+/// The exception of an error of the library, with its text: `KeyboardInterrupt` (without a text) for an interruption,
+/// `InputError` for an invalid input, else `ComputationError`. Errors of files and keys set the attributes `file`,
+/// `line`, `key`, `found` and `allowed`, to `None` where the error does not have them. Other errors set none.
 pub fn raised(py: Python<'_>, error: rodfit::Error) -> PyErr {
     if matches!(error, rodfit::Error::Interrupted) {
         return PyKeyboardInterrupt::new_err(());

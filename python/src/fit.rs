@@ -1,7 +1,9 @@
-//! Fits in Python: their construction from scenes, arrays or files, their solution, their results, predictions and designs,
-//! and their residuals with derivatives for other solvers (SciPy).
+//! Fits in Python: their construction from scenes, arrays or files, their solution, their results, predictions and
+//! designs, and their residuals with derivatives for other solvers (SciPy).
 //!
-//! Arrays are in SI units; missing coordinates are NaN. Results pass as JSON.
+//! Arrays are in SI units; missing coordinates are NaN. Results pass as JSON. Invalid input is an `InputError`, a
+//! failed computation a `ComputationError`. Residuals are functions of a vector of the parameters on the solver's
+//! scale: the natural logarithm of the value in SI units for positive parameters, the value for others.
 
 use crate::error::{raised, refused};
 use crate::json::{from_json, from_value, json_to_toml, raised_in_table, to_json};
@@ -50,7 +52,7 @@ enum ObservedPoint {
 
 #[pymethods]
 impl PyFit {
-    /// A fit of experiments, given by their names and scenes.
+    /// A fit of experiments without measurements, given by their names and, in the same order, their scenes.
     #[new]
     fn new(names: Vec<String>, scenes: Vec<Py<PyScene>>) -> Self {
         let experiments = names.into_iter().zip(&scenes);
@@ -59,7 +61,7 @@ impl PyFit {
         Self::new_from(rodfit::Fit::of(experiments))
     }
 
-    /// The fit of a file (TOML).
+    /// The fit of a file (TOML); an error for an invalid file, and for values along the rod (`[[field]]`).
     #[staticmethod]
     fn load(py: Python<'_>, path: PathBuf) -> PyResult<Self> {
         let file = FitFile::load(path)
@@ -68,7 +70,7 @@ impl PyFit {
         Ok(Self::new_from(file.fit()))
     }
 
-    /// The fit of a TOML text, whose paths are relative to `folder`.
+    /// The fit of a TOML text, whose paths are relative to `folder`; errors as for a file.
     #[staticmethod]
     fn from_toml(py: Python<'_>, text: &str, folder: PathBuf) -> PyResult<Self> {
         let file = FitFile::from_toml(text, folder)
@@ -86,7 +88,7 @@ impl PyFit {
         Ok(Self::new_from(file.fit()))
     }
 
-    /// The parameters to identify, and the number of measurements of each experiment.
+    /// The names of the parameters to identify, and the number of measurements of each experiment.
     fn summary(&self) -> (Vec<String>, Vec<usize>) {
         let fit = self.lock();
         let names = fit.unknowns().iter().map(ToString::to_string).collect();
@@ -98,14 +100,16 @@ impl PyFit {
         Self::new_from(self.lock().clone())
     }
 
-    /// Adds an experiment, to which all later measurements belong.
+    /// Adds an experiment with a name and a scene, to which all later measurements belong.
     fn experiment(&self, name: &str, scene: Py<PyScene>) {
         let mut fit = self.lock();
         *fit = fit.clone().experiment(Experiment::new(name, &scene.get().problem));
     }
 
-    /// Adds the observed motion of a point to the last experiment: times, s, and positions, m, NaN if missing; with no
-    /// standard deviation, one, or one for each time.
+    /// Adds the observed motion of a point to the last experiment: times `t`, s, and positions `xyz`, m. Each time has
+    /// a row of 1 to 3 coordinates, NaN if missing. `sigma` has no standard deviation, m, one, or one for each time;
+    /// `point` and `loss` are JSON. Times without any coordinate are left out. `held_out` data validate the fit and are
+    /// not fitted. Other shapes are an `InputError`.
     #[pyo3(signature = (t, xyz, point, sigma, loss, held_out))]
     #[allow(clippy::too_many_arguments)]
     fn observe(
@@ -157,7 +161,8 @@ impl PyFit {
         Ok(())
     }
 
-    /// Adds tables of a fit file, given as JSON.
+    /// Adds `tables` of a fit file, given as JSON, with paths relative to `folder`: measurements to the last
+    /// experiment, parameters and inputs to the fit. Analyses are replaced.
     fn add(&self, py: Python<'_>, tables: &str, folder: PathBuf) -> PyResult<()> {
         let text = json_to_toml(py, tables)?;
         let mut fit = self.lock();
@@ -165,8 +170,8 @@ impl PyFit {
         Ok(())
     }
 
-    /// Estimates the parameters. `progress` is called with the stage and the simulations so far; Ctrl-C stops the fit, which
-    /// then returns its best values.
+    /// Estimates the parameters; with `plots` the result has the data of plots. `progress` is called with the stage and
+    /// the simulations so far; Ctrl-C stops the fit, which then returns its best values.
     fn solve(
         &self,
         py: Python<'_>,
@@ -193,7 +198,8 @@ impl PyFit {
         Ok(FitResult { report })
     }
 
-    /// The residuals of the fit, for other solvers: on the meshes of the scenes, or on those of a result of the fit.
+    /// The residuals of the fit as a function of the parameters, for other solvers. Mesh and step are those of the
+    /// scenes, or of a `result` of the fit.
     #[pyo3(signature = (result=None))]
     fn residuals(&self, py: Python<'_>, result: Option<Py<FitResult>>) -> PyResult<PyResiduals> {
         let fit = self.lock().clone();
@@ -213,8 +219,8 @@ impl PyFit {
         Ok(PyReport { content: ReportContent::Design(Box::new(design)) })
     }
 
-    /// The errors of all measurements with the values of the scenes, without a fit. `plots`: with the data of plots, which
-    /// pages need. Ctrl-C stops the work.
+    /// The errors of all measurements with the values of the scenes, without a fit. `plots`: with the data of plots,
+    /// which pages need. Ctrl-C stops the work.
     fn predict(&self, py: Python<'_>, plots: bool) -> PyResult<PyReport> {
         let fit = self.lock().clone();
         let fit = if plots { fit.keep_plot_data() } else { fit };
@@ -239,7 +245,7 @@ pub struct PyReport {
 
 #[pymethods]
 impl PyReport {
-    /// The report in JSON, as the command writes it.
+    /// The design or prediction in JSON, as `rodfit design` or `rodfit predict` writes it.
     fn json(&self, py: Python<'_>) -> PyResult<String> {
         match &self.content {
             ReportContent::Design(design) => to_json(py, design),
@@ -255,7 +261,7 @@ impl PyReport {
         }
     }
 
-    /// The HTML page of the command.
+    /// The HTML page of `rodfit design` or `rodfit predict`, with this title.
     fn page(&self, title: &str) -> String {
         match &self.content {
             ReportContent::Design(design) => rodfit::page::design_page(design, title),
@@ -272,7 +278,7 @@ pub struct FitResult {
 
 #[pymethods]
 impl FitResult {
-    /// Reads the JSON of `json(True)`, with former keys too.
+    /// Reads the JSON that `json` returns, also with the keys of version 0.1; an `InputError` for another text.
     #[new]
     fn new(py: Python<'_>, text: &str) -> PyResult<Self> {
         let mut value: serde_json::Value = from_json(py, "result", text)?;
@@ -280,7 +286,7 @@ impl FitResult {
         Ok(Self { report: from_value(py, "result", text, value)? })
     }
 
-    /// The report in JSON, with or without plot data.
+    /// The report in JSON, with its plot data if `plots` is true and the fit kept them.
     fn json(&self, py: Python<'_>, plots: bool) -> PyResult<String> {
         match plots || self.report.plot_data.is_none() {
             true => to_json(py, &self.report),
@@ -292,7 +298,7 @@ impl FitResult {
         }
     }
 
-    /// The plot data in JSON, if they were kept.
+    /// The plot data in JSON; `None` if the fit did not keep them.
     fn plots(&self, py: Python<'_>) -> PyResult<Option<String>> {
         let plots: Option<&PlotData> = self.report.plot_data.as_ref();
         plots.map(|plots| to_json(py, plots)).transpose()
@@ -303,18 +309,18 @@ impl FitResult {
         self.report.to_string()
     }
 
-    /// The HTML page of `rodfit fit --report`.
+    /// The HTML page of `rodfit fit --report`, with this title.
     fn page(&self, title: &str) -> String {
         rodfit::page::fit_page(&self.report, title)
     }
 
-    /// Whether the command would return exit code 0.
+    /// Whether `rodfit fit` would return exit code 0: the grade is usable.
     #[getter]
     fn success(&self) -> bool {
         self.report.is_success()
     }
 
-    /// The estimates by name.
+    /// Names and estimated values, in their units, of the parameters; those without a value are left out.
     #[getter]
     fn values(&self) -> Vec<(String, f64)> {
         let name = |(parameter, value): (Parameter, f64)| (parameter.name().to_string(), value);
@@ -329,7 +335,7 @@ pub struct PyResiduals {
 }
 
 impl PyResiduals {
-    /// The start value or the mean of the prior, on the solver's scale; none without both.
+    /// The start value, else the mean of the prior, on the solver's scale; `None` without both.
     fn start_of(unknown: &Unknown) -> Option<f64> {
         unknown.start.or(unknown.prior.map(|prior| prior.mean)).map(|start| unknown.to_scale(start))
     }
@@ -337,25 +343,25 @@ impl PyResiduals {
 
 #[pymethods]
 impl PyResiduals {
-    /// The parameters in the order of the solver's vector.
+    /// The names of the parameters, in the order of the vectors `x`.
     #[getter]
     fn names(&self) -> Vec<String> {
         self.residuals.unknowns().iter().map(ToString::to_string).collect()
     }
 
-    /// The start values on the solver's scale, `None` for parameters without one.
+    /// The start values, else the means of the priors, on the solver's scale; `None` for parameters without both.
     #[getter]
     fn x0(&self) -> Vec<Option<f64>> {
         self.residuals.unknowns().iter().map(Self::start_of).collect()
     }
 
-    /// The bounds on the solver's scale.
+    /// The lower and the upper bound of each parameter on the solver's scale.
     #[getter]
     fn bounds(&self) -> Vec<[f64; 2]> {
         self.residuals.unknowns().iter().map(Unknown::scaled_bounds).collect()
     }
 
-    /// Whether the solver's number of each parameter is the logarithm of its value.
+    /// Whether the entry of each parameter in the vectors `x` is the natural logarithm of its value.
     #[getter]
     fn logarithmic(&self) -> Vec<bool> {
         self.residuals.unknowns().iter().map(|unknown| unknown.parameter.is_positive()).collect()
@@ -366,31 +372,33 @@ impl PyResiduals {
         self.residuals.len()
     }
 
-    /// Converts parameters from the solver's scale to SI units.
+    /// Converts all parameters, in the order of `names`, from the solver's scale to SI units.
     fn values(&self, x: Vec<f64>) -> Vec<f64> {
         self.residuals.values(&x).into_iter().map(|(_, value)| value).collect()
     }
 
-    /// Converts parameters from SI units to the solver's scale.
+    /// Converts all parameters, in the order of `names`, from SI units to the solver's scale.
     fn scaled(&self, values: Vec<f64>) -> Vec<f64> {
         let pairs = self.residuals.unknowns().iter().zip(values);
         pairs.map(|(unknown, value)| unknown.to_scale(value)).collect()
     }
 
-    /// The residuals at `x`.
+    /// The residuals at the parameters `x` on the solver's scale, in units of their noise.
     fn fun<'py>(&self, py: Python<'py>, x: Vec<f64>) -> PyResult<Bound<'py, PyArray1<f64>>> {
         let found = py.detach(|| self.residuals.residuals(&x));
         Ok(found.map_err(|error| raised(py, error))?.into_pyarray(py))
     }
 
-    /// The Jacobian at `x`: residuals by parameters.
+    /// The derivatives of the residuals at `x` by the parameters on the solver's scale: a matrix, residuals by
+    /// parameters.
     fn jac<'py>(&self, py: Python<'py>, x: Vec<f64>) -> PyResult<Bound<'py, PyArray2<f64>>> {
         let rows =
             py.detach(|| self.residuals.jacobian_at(&x)).map_err(|error| raised(py, error))?;
         Ok(PyArray2::from_vec2(py, &rows)?)
     }
 
-    /// The Hessian of half the sum of squares at `x`.
+    /// The second derivatives, at `x`, of half the sum of the squared residuals by the parameters on the solver's
+    /// scale: a matrix, parameters by parameters.
     fn hess<'py>(&self, py: Python<'py>, x: Vec<f64>) -> PyResult<Bound<'py, PyArray2<f64>>> {
         let rows =
             py.detach(|| self.residuals.hessian_at(&x)).map_err(|error| raised(py, error))?;

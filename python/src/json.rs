@@ -1,4 +1,5 @@
-//! Values that pass between Python and Rust as JSON text, and tables that pass as JSON and are read as TOML.
+//! Values that pass between Python and Rust as JSON text, and tables that pass as JSON and are read as TOML. Invalid
+//! JSON is an `InputError` with the name of the argument, an error in a table one with the key instead of its line.
 
 use crate::error::{failed, raised, refused};
 use pyo3::prelude::*;
@@ -29,7 +30,8 @@ pub fn from_value<T: DeserializeOwned>(
     serde_json::from_value(value).map_err(|error| raised(py, invalid(key, text, &error)))
 }
 
-/// The error of an invalid value, without the position in its text, which the user has not written.
+/// The error of an invalid value for the argument `key`: found is the start of its JSON `text`, allowed the end of the
+/// message of `error` behind `expected`. The position in the text, which the user has not written, is left out.
 fn invalid(key: &str, text: &str, error: &serde_json::Error) -> Error {
     let message = error.to_string();
     let message = message.split(" at line ").next().unwrap_or_default();
@@ -41,13 +43,14 @@ fn invalid(key: &str, text: &str, error: &serde_json::Error) -> Error {
     Error::Invalid { file: None, key: key.into(), found, allowed: allowed.into() }
 }
 
-/// Converts a table from JSON to TOML.
+/// Converts a table from JSON to TOML; an input exception for a text that is no JSON object, or that has a null.
 pub fn json_to_toml(py: Python<'_>, json: &str) -> PyResult<String> {
     let table: toml::Table = serde_json::from_str(json).map_err(|error| refused(py, error))?;
     toml::to_string(&table).map_err(|error| refused(py, error))
 }
 
-/// The exception of an error in a TOML text that was made from a table: it has the key of the line in place of the line.
+/// The exception of an error in a TOML text that was made from a table: it has the key of the line in place of the
+/// line. Other errors are raised unchanged.
 pub fn raised_in_table(py: Python<'_>, text: &str, error: Error) -> PyErr {
     let Error::Parse { file: None, message } = &error else { return raised(py, error) };
     let Some((key, words)) = key_of(text, message) else { return raised(py, error) };
@@ -58,7 +61,8 @@ pub fn raised_in_table(py: Python<'_>, text: &str, error: Error) -> PyErr {
     }
 }
 
-/// The key of the line that a message `line 3, column 9: words` names, and the words; none for other messages.
+/// The dotted key, with its table, in the line of `text` that a `message` as `line 3, column 9: words` has, and the
+/// words; `None` for other messages.
 fn key_of<'a>(text: &str, message: &'a str) -> Option<(String, &'a str)> {
     let (position, words) = message.strip_prefix("line ")?.split_once(": ")?;
     let line: usize = position.split(", column ").next()?.parse().ok()?;

@@ -1,5 +1,5 @@
 //! The native part of the Python package: classes for scenes, runs, fits and campaigns, and the command as a function.
-//! Arrays pass to numpy without a copy.
+//! The arrays of a run pass to numpy without a copy.
 //!
 //! The public interface is in Python (`rodfit/`); `rodfit/_rodfit.pyi` lists the names of this part.
 
@@ -21,14 +21,15 @@ fn command(py: Python<'_>, words: Vec<OsString>) -> u8 {
     py.detach(|| rodfit::command::run(words))
 }
 
-/// The smallest and the largest allowed value of a parameter.
+/// The smallest and the largest allowed value of the parameter with a name, in its SI unit; an infinite one is replaced
+/// by the largest finite number of this sign. An `InputError` for an unknown name.
 #[pyfunction]
 fn limits(py: Python<'_>, name: &str) -> PyResult<[f64; 2]> {
     let parameter: rodfit::Parameter = name.parse().map_err(|error| error::raised(py, error))?;
     Ok(parameter.limits().map(|end| end.clamp(-f64::MAX, f64::MAX)))
 }
 
-/// Former and current keys of results.
+/// Pairs of the former and the current name of the keys of results that were renamed.
 #[pyfunction]
 fn renamed_keys() -> Vec<(&'static str, &'static str)> {
     rodfit::fit::RENAMED_KEYS.iter().map(|key| (key.former, key.current)).collect()

@@ -1,5 +1,6 @@
-//! A simulated motion as numpy arrays: times, positions and velocities of all nodes, their derivatives by parameters, and
-//! energies, in SI units.
+//! A simulated motion as numpy arrays in SI units, at the start and after every step of the scene. They are times,
+//! positions and velocities of all nodes, their derivatives by parameters, and energies. Points of the rod are
+//! interpolated from the nodes with the weights that `stencil` returns.
 
 use crate::error::raised;
 use crate::json::{from_json, to_json};
@@ -18,10 +19,10 @@ pub struct PyRun {
     /// Positions and velocities: (times, nodes, 2, 3), m and m/s.
     #[pyo3(get)]
     motion: Py<PyArray4<f64>>,
-    /// Derivatives of `motion` by every parameter.
+    /// Derivatives of `motion` by every parameter, in SI units; each has the shape of `motion`.
     #[pyo3(get)]
     derivatives: Vec<Py<PyArray4<f64>>>,
-    /// The parameters of the derivatives.
+    /// Names of the parameters, in the order of `derivatives`.
     #[pyo3(get)]
     names: Vec<String>,
     /// Kinetic energy, energies of stretching, bending and twisting, and potential of the loads: (times, 5), J.
@@ -60,20 +61,21 @@ impl PyRun {
 
 #[pymethods]
 impl PyRun {
-    /// Interpolation of a point of the rod (`point` in JSON): indices of nodes and weights whose weighted sum of node positions
-    /// is the position of the point.
+    /// Interpolation of a point of the rod (`point` in JSON): indices of nodes and their weights. The sum of weights
+    /// times node positions is the position of the point. An error for a point that the rod does not have.
     fn stencil(&self, py: Python<'_>, point: &str) -> PyResult<(Vec<usize>, Vec<f64>)> {
         let point: Point = from_json(py, "point", point)?;
         let stencil = self.problem.stencil(point).map_err(|error| raised(py, error))?;
         Ok(stencil.nodes.into_iter().unzip())
     }
 
-    /// Chosen mesh, step and scheme of this run, as JSON; none if the scene gives all of them.
+    /// Chosen mesh, step and scheme of this run with their estimated error, as JSON; `None` if the scene gives all of
+    /// them.
     fn resolution(&self, py: Python<'_>) -> PyResult<Option<String>> {
         self.problem.resolution().map(|resolution| to_json(py, resolution)).transpose()
     }
 
-    /// Warnings of the scene and of the estimated error of this run.
+    /// Warnings, with their codes, of the scene and of the estimated error of this run.
     fn warnings(&self) -> Vec<String> {
         self.problem.warnings()
     }

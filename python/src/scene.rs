@@ -16,12 +16,13 @@ use rodfit::{Parameter, Problem, Trajectory};
 #[pyclass(frozen, name = "Scene", module = "rodfit._rodfit")]
 pub struct PyScene {
     pub problem: Problem,
-    /// The check of runs with chosen mesh and step; none if the scene gives them.
+    /// The check of runs with chosen mesh and step; `None` if the scene gives them, and for other reasons of
+    /// `Scene::checked_problem`.
     check: Option<RunCheck>,
 }
 
 impl PyScene {
-    /// The Python object of a scene, with its mesh and step.
+    /// The Python object of a scene, whose mesh, step and scheme are chosen where it leaves them out.
     pub fn of(py: Python<'_>, scene: rodfit::Scene) -> PyResult<Self> {
         let (problem, check) = scene.checked_problem().map_err(|error| raised(py, error))?;
         Ok(Self { problem, check })
@@ -33,7 +34,7 @@ impl PyScene {
     }
 }
 
-/// The parameters with these names.
+/// The parameters with these names, in the same order; an error for an unknown name.
 pub fn parameters(py: Python<'_>, names: &[String]) -> PyResult<Vec<Parameter>> {
     names.iter().map(|name| name.parse().map_err(|error| raised(py, error))).collect()
 }
@@ -54,7 +55,7 @@ impl PyScene {
         Self::of(py, scene)
     }
 
-    /// The scene of a table in JSON.
+    /// The scene of a table in JSON, with paths relative to `folder`.
     #[staticmethod]
     fn from_json(py: Python<'_>, text: &str, folder: std::path::PathBuf) -> PyResult<Self> {
         let text = json_to_toml(py, text)?;
@@ -72,7 +73,8 @@ impl PyScene {
         to_json(py, &ParameterList::of(&self.problem))
     }
 
-    /// The scene with other values of parameters. Mesh, step and scheme are chosen again unless the scene gives them.
+    /// The scene with other `values`, in SI units, of the parameters with these `names`. Mesh, step and scheme are
+    /// chosen again unless the scene gives them.
     fn with_values(&self, py: Python<'_>, names: Vec<String>, values: Vec<f64>) -> PyResult<Self> {
         let pairs = parameters(py, &names)?.into_iter().zip(values);
         let problem = self.problem.with(pairs).map_err(|error| raised(py, error))?;
@@ -82,12 +84,12 @@ impl PyScene {
         }
     }
 
-    /// Warnings of the scene.
+    /// Warnings of the scene, with their codes.
     fn warnings(&self) -> Vec<String> {
         self.problem.warnings()
     }
 
-    /// `planar` or `spatial`.
+    /// The model of the rod, `planar` or `spatial`.
     #[getter]
     fn model(&self) -> &'static str {
         self.problem.model().0
@@ -105,13 +107,14 @@ impl PyScene {
         self.problem.length()
     }
 
-    /// Chosen mesh, step and scheme with their estimated error, as JSON; none if the scene gives all of them.
+    /// Chosen mesh, step and scheme with their estimated error, as JSON; `None` if the scene gives all of them.
     fn resolution(&self, py: Python<'_>) -> PyResult<Option<String>> {
         self.problem.resolution().map(|resolution| to_json(py, resolution)).transpose()
     }
 
-    /// Simulates the scene; Ctrl-C stops the run. A run with chosen mesh and step is checked, and repeated with finer ones
-    /// if needed.
+    /// Simulates the scene and returns the motion of all nodes with energies, and its `derivatives` by the parameters
+    /// with these names. A run with chosen mesh and step is checked, and repeated with finer ones if needed. Ctrl-C
+    /// stops the run.
     fn simulate(&self, py: Python<'_>, derivatives: Vec<String>) -> PyResult<PyRun> {
         let by = parameters(py, &derivatives)?;
         let (problem, check) = (self.problem.clone(), self.check.clone());
@@ -127,7 +130,7 @@ impl PyScene {
         Ok(PyRun::new(problem, trajectory, derivatives))
     }
 
-    /// The equilibrium, as JSON.
+    /// The equilibrium of the rod under its loads, with its stability, as JSON; an error if none is found.
     fn equilibrium(&self, py: Python<'_>) -> PyResult<String> {
         let found = py.detach(|| self.problem.equilibrium());
         to_json(py, &found.map_err(|error| raised(py, error))?)
@@ -141,7 +144,7 @@ impl PyScene {
         Ok((export.text, export.notes))
     }
 
-    /// The lowest modes, as JSON.
+    /// The `count` lowest modes of vibration about the equilibrium, as JSON.
     fn modes(&self, py: Python<'_>, count: usize) -> PyResult<String> {
         let found = py.detach(|| self.problem.modes(count, LinearizationPoint::Equilibrium));
         to_json(py, &found.map_err(|error| raised(py, error))?)

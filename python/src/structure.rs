@@ -1,4 +1,5 @@
-//! Structures, their motion as arrays, equilibria and modes.
+//! Structures (several rods and rigid bodies in one scene) in Python: read from TOML or JSON, their motion as numpy
+//! arrays, equilibria and modes as JSON. Mesh and step are those of the scene.
 
 use crate::error::raised;
 use crate::json::{from_json, json_to_toml, raised_in_table, to_json};
@@ -31,7 +32,8 @@ struct StructureRecord {
     energies: Vec<[f64; 5]>,
 }
 
-/// Simulates a structure to the end of its scene.
+/// Simulates a structure to the end time of its scene. The record has the start and every time step. Errors: no
+/// `[time]`, a failed step, and a stop by `hooks`.
 fn simulated(structure: &Structure, hooks: &WorkHooks) -> Result<StructureRecord, Error> {
     let time = structure.time()?.clone();
     let mut motion = structure.simulation()?;
@@ -92,7 +94,8 @@ impl PyStructureRun {
         rods.map(|(rod, mesh)| (rod.name.clone(), mesh.nodes.len())).collect()
     }
 
-    /// Nodes and weights whose weighted sum is a point, given as JSON.
+    /// Interpolation of a point (`point` in JSON): indices of nodes and their weights. The sum of weights times node
+    /// positions is the position of the point. An error for a point that the structure does not have.
     fn stencil(&self, py: Python<'_>, point: &str) -> PyResult<(Vec<usize>, Vec<f64>)> {
         let point: StructurePoint = from_json(py, "at", point)?;
         let stencil = self.structure.nodes().stencil(&point, "at");
@@ -115,7 +118,7 @@ impl PyStructure {
         Self::of(py, scene.map_err(|error| raised(py, error))?)
     }
 
-    /// The structure of a table in JSON.
+    /// The structure of a table in JSON, with paths relative to `folder`.
     #[staticmethod]
     fn from_json(py: Python<'_>, text: &str, folder: PathBuf) -> PyResult<Self> {
         let text = json_to_toml(py, text)?;
@@ -128,12 +131,13 @@ impl PyStructure {
         self.problem.scene().to_toml().map_err(|error| raised(py, error))
     }
 
-    /// The scene of the structure in fits, which has its parameters.
+    /// The structure as a scene, as fits use it: with its parameters, mesh and step.
     fn scene(&self) -> PyScene {
         PyScene::of_problem(self.problem.clone())
     }
 
-    /// Simulates the structure; Ctrl-C stops the run.
+    /// Simulates the structure to the end time of its scene and returns the motion of all nodes with energies. Ctrl-C
+    /// stops the run.
     fn simulate(&self, py: Python<'_>) -> PyResult<PyStructureRun> {
         let structure = self.structure.clone();
         let run = move |hooks: WorkHooks| {
@@ -154,13 +158,13 @@ impl PyStructure {
         })
     }
 
-    /// The equilibrium, as JSON.
+    /// The equilibrium of the structure under its loads, with its stability, as JSON; an error if none is found.
     fn equilibrium(&self, py: Python<'_>) -> PyResult<String> {
         let found = py.detach(|| self.structure.equilibrium());
         to_json(py, &found.map_err(|error| raised(py, error))?)
     }
 
-    /// The lowest modes, as JSON.
+    /// The `count` lowest modes of vibration about the equilibrium, as JSON.
     fn modes(&self, py: Python<'_>, count: usize) -> PyResult<String> {
         let found = py.detach(|| self.structure.modes(count, false));
         to_json(py, &found.map_err(|error| raised(py, error))?)

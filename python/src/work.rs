@@ -1,5 +1,5 @@
-//! Long computations on a thread of their own: other Python threads continue, Ctrl-C stops the computation, and progress
-//! is passed to a Python function.
+//! Long computations on a thread of their own: other Python threads continue, Ctrl-C stops the computation, and
+//! progress is passed to a Python function.
 
 use crate::error::{failed, raised};
 use pyo3::exceptions::PyKeyboardInterrupt;
@@ -40,9 +40,9 @@ impl Drop for DoneOnDrop {
 }
 
 /// Runs `work` without the interpreter's lock, while the calling thread checks for Ctrl-C and calls `progress` with the
-/// lock. A Ctrl-C or an exception of `progress` stops the work. The result is the exception, else the value that the work
-/// returned, else a KeyboardInterrupt after a Ctrl-C, else the error of the work. A KeyboardInterrupt that `progress`
-/// raises is a Ctrl-C, not an exception.
+/// lock. A Ctrl-C or an exception of `progress` sets the flag that stops the work. The result is the exception, else
+/// the value that the work returned, else a KeyboardInterrupt after a Ctrl-C, else the error of the work. A
+/// KeyboardInterrupt that `progress` raises is a Ctrl-C, not an exception. A panic of the work is a `ComputationError`.
 pub fn interruptible<T: Send + 'static>(
     py: Python<'_>,
     progress: Option<&Bound<'_, PyAny>>,

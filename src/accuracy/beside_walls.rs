@@ -2,7 +2,9 @@
 //!
 //! A clamp holds two nodes. Loads between them do not move the rod, so that meshes whose held nodes carry a load or a
 //! mass entirely agree without being right. [`edges_beside_walls`] returns the number of edges with which every load
-//! and mass at an arc length is on free nodes, at most [`MOST_EDGES`].
+//! and mass at an arc length is on free nodes. It is `2 L/d` with the length `L` of the rod and the smallest distance
+//! `d` of these from a clamped end, at most [`MOST_EDGES`]. Loads nearer to a clamped end than this number permits,
+//! `L/200`, do not count. The number is 0 without any.
 
 use crate::scene::{Point, Scene, Support};
 
@@ -12,8 +14,10 @@ const EDGES_PER_DISTANCE: f64 = 2.0;
 /// rod, and does not count.
 const MOST_EDGES: f64 = 400.0;
 
-/// The number of edges of a mesh of a `scene` whose rod has a `length`, m, that loads and point masses beside clamped
-/// ends require; 0 without any.
+/// The number of edges of a mesh of a `scene` whose rod has a `length` L, m, that loads and point masses beside clamped
+/// ends require. It is `2 L/d` with the smallest distance `d` of one from a clamped end, of a line load that of its
+/// farther end. Point loads of `initial` count too. Left out are distances below `L/200`, and points given as a node or
+/// the tip. The result is 0 without any.
 pub(super) fn edges_beside_walls(scene: &Scene, length: f64) -> f64 {
     let arc_length = |point: &Point| match point {
         Point::ArcLength(s) => Some([*s, *s]),

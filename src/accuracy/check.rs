@@ -52,13 +52,17 @@ const TIME_ROUNDING: f64 = 1e-9;
 /// The check of a run with numerics that the program chose.
 #[derive(Clone)]
 pub struct RunCheck {
+    /// The scene as given, whose open numerics are chosen again for a repetition.
     scene: Scene,
+    /// The last trial run and its estimated errors.
     basis: Basis,
     /// Whether the run may be repeated with smaller steps.
     can_repeat: bool,
     /// Refinement of the run over the numerics of the basis.
     finer: RefinementFactors,
+    /// Numerics of the run that is checked.
     numerics: Numerics,
+    /// Number of repetitions so far.
     attempts: usize,
     /// Work of the trial runs and of the runs that were repeated, edges times Newton iterations.
     work: f64,
@@ -68,12 +72,15 @@ pub struct RunCheck {
 pub struct RunMonitor {
     /// Of the compared points on the mesh of the run and on that of the trial run.
     stencils: Vec<[Stencil; 2]>,
+    /// The recorded motion of the trial run.
     trial: Arc<Record>,
+    /// One over the length of the rod, 1/m.
     over: f64,
     /// Times of comparison, s, ascending.
     times: Arc<[f64]>,
     /// Number of these times that the run has reached.
     reached: usize,
+    /// Largest distance of a compared point in both runs so far, over the length.
     difference: f64,
     cost: RunCost,
     /// Work so far, edges times Newton iterations.
@@ -311,8 +318,9 @@ pub struct Attempt<R> {
 /// Runs a problem of [`Scene::checked_problem`], and repeats the run with finer numerics while its check requires it.
 /// Without a check it runs once.
 ///
-/// `attempt` runs a problem once, and calls the function that it is given after every step. Returned is the last
-/// attempt; its problem has the estimated error of the check.
+/// `attempt` runs a problem once, and calls the function that it is given with the initial state and after every step.
+/// Returned is the last attempt. With a check its problem has the estimated error of the check. Without such an
+/// estimate, as after a failed run, it keeps that of the search.
 ///
 /// # Errors
 /// Those of `attempt`, and of building the problem of a repetition; that of a run is in its outcome.
@@ -342,10 +350,10 @@ pub fn run_checked<R>(
 
 /// [`run_checked`] for a run that is recorded in a [`Trajectory`]. Before each run `prepare` returns the problem, with
 /// a stop flag or another kind of derivatives, and the empty trajectory. Returned are the problem of the last run, with
-/// its estimated error, and the recorded run.
+/// its estimated error if there is a check, and the recorded run.
 ///
 /// # Errors
-/// Those of `prepare` and of [`Trajectory::run`].
+/// Those of `prepare`, of [`run_checked`] and of [`Trajectory::run`].
 pub fn simulate_checked(
     problem: Problem,
     check: Option<RunCheck>,

@@ -128,7 +128,7 @@ impl RefinementSequence {
         self
     }
 
-    /// The number of differences since the last [`clear`](Self::clear).
+    /// The number of stored differences.
     pub fn count(&self) -> usize {
         self.changes.len()
     }
@@ -159,9 +159,9 @@ impl RefinementSequence {
         if self.changes.len() > 1 { self.order() } else { other }
     }
 
-    /// The observed order of convergence, within the bounds: with three or more differences from the last two, but at
-    /// most the larger of `at_once` and the order of the two before; with two at most `at_once`. The assumed order with
-    /// fewer.
+    /// The observed order of convergence, within the bounds. With three or more differences it is that of the last two,
+    /// but at most the larger of `at_once` and the order of the second and third last ones. With two it is at most
+    /// `at_once`, with fewer the assumed order.
     pub fn order(&self) -> f64 {
         let OrderBounds { highest, at_once, lowest, assumed } = self.bounds;
         let order = |a: RefinementChange, b: RefinementChange| a.order_to(b, lowest, highest);

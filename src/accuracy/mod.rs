@@ -177,8 +177,11 @@ fn most_accurate_motion(first: &InitialNumerics) -> Result<(ChosenMotion, f64), 
 /// The numerics with which a search begins: a scene with its files read, its first number of edges and its first step,
 /// s.
 struct InitialNumerics {
+    /// The scene with the files of its shape read, and its numerics as given.
     scene: Scene,
+    /// First number of edges.
     edges: usize,
+    /// First step, s; 0 without `[time]`.
     step: f64,
     /// The scene with that mesh and step.
     guess: Scene,
@@ -201,8 +204,9 @@ impl InitialNumerics {
 
 /// Edges of the first trial mesh for a purpose: at least [`FIRST_EDGES`] for a motion and [`FIRST_EDGES_STILL`] times
 /// [`fineness`] otherwise. The turning angle of the rod, an upper bound for rest shape and stress-free shape, is at
-/// most [`FIRST_TURN`] per edge. Modes have at least two edges each. Loads beside walls act on free nodes. Rounded up so
-/// that markers of a recorded path are at nodes. An error above [`MAX_SEGMENTS`].
+/// most [`FIRST_TURN`] per edge. Modes have at least two edges each. Loads beside walls act on free nodes
+/// ([`edges_beside_walls`]). An error above [`MAX_SEGMENTS`]. The number is then rounded up so that markers of a
+/// recorded path are at nodes.
 fn first_edges(scene: &Scene, aim: Aim) -> Result<usize, Error> {
     let shape = &scene.rod.shape;
     // Edges are chords: too few of them would change the shape of a curved rod.
@@ -251,10 +255,10 @@ fn torsional_rate(scene: &Scene, length: f64) -> f64 {
 /// The first trial step, s: the shortest time scale of the scene, or its end time if that is shorter, over
 /// [`FIRST_STEPS`]. The time scale is `2 pi` over the largest of five rates, rad/s. One is `sqrt(12.4 E I/(rho A L^4))`
 /// of the first bending mode of a cantilever with the larger `I`, in the middle of the rod. The second is `sqrt((g +
-/// F/m)/L)` with the sum `F` of the sizes of all point loads, those of `initial` too, and line loads. The others are
-/// [`torsional_rate`], the initial velocity over `L`, and the initial angular velocity. The step is at most the mean
-/// sample interval of a recorded path, and resolves the motions of supports and the signals well. Zero without
-/// `[time]`. Error: no mesh, or a path that is not read.
+/// F/m)/L)`, with the mass `m` of the rod by its middle. `F` is the sum of the sizes of all point loads, those of
+/// `initial` too, and line loads. The others are [`torsional_rate`], the initial velocity over `L`, and the initial
+/// angular velocity. The step is at most the mean sample interval of a recorded path, and resolves the motions of
+/// supports and the signals well. Zero without `[time]`. Error: no mesh, or a path that is not read.
 fn first_step(scene: &Scene, edges: usize) -> Result<f64, Error> {
     let Some(time) = &scene.time else { return Ok(0.0) };
     let (section, material) = scene.at(0.5);

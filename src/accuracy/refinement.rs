@@ -44,7 +44,9 @@ pub(crate) struct ErrorModel {
 /// Factors by which mesh and step are finer than those of a run; below one they are coarser.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct RefinementFactors {
+    /// Number of edges over that of the run.
     pub mesh: f64,
+    /// Number of steps over that of the run.
     pub step: f64,
 }
 

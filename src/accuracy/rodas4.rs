@@ -27,16 +27,18 @@ const MAX_RUNS: usize = 4;
 
 /// A trial run with `rodas4`, and the sequence of differences from which its step error is estimated.
 pub(super) struct Alternative {
+    /// The run with which the search goes on.
     pub trial: TrialRun,
+    /// Differences between runs by halved steps, up to that run.
     pub step: RefinementSequence,
 }
 
 /// A trial run of `rodas4` on `segments` edges whose step error is extrapolated to `target`, over the length, with its
 /// differences. Its work must be less than [`MAX_WORK_RATIO`] of that of generalised-alpha with `needed` steps, and the
 /// extrapolation at most [`MAX_EXTRAPOLATION`] times the steps. The first run takes [`FIRST_WORK_RATIO`] of the work of
-/// `tried` steps of generalised-alpha (at least 4 steps), each further one twice the steps. If the run before the last
-/// one reaches the target, that one is returned. `None` if none of [`MAX_RUNS`] runs suffices, or as soon as a run is
-/// itself too expensive. Error: invalid input.
+/// `tried` steps of generalised-alpha (at least 4 steps), each further one has twice the steps. If the run before the
+/// last one reaches the target, that one is returned. `None` if none of [`MAX_RUNS`] runs suffices, or as soon as a run
+/// is itself too expensive. Error: invalid input.
 pub(super) fn cheaper_alternative(
     trials: &TrialRuns<'_>,
     segments: usize,

@@ -4,10 +4,12 @@
 //! Input: the signals and the end time of the scene, and the record of the first trial run that reached the end. Output
 //! of [`sample_times`]: ascending times, s, after 0 and up to the end. There are four kinds.
 //!
-//! - One in each of [`TIME_INTERVALS`] equal intervals of the time, at the fraction `k/phi mod 1` of interval `k`, with
-//!   the golden ratio `phi`. Equidistant times would meet one phase only of a motion whose period divides the interval.
-//! - One in each of [`PATH_INTERVALS`] equal intervals of the path, in the same way. The path is the integral over time
-//!   of the largest speed of the recorded nodes. A short and fast motion has many of these times.
+//! - One in each of [`TIME_INTERVALS`] equal intervals of the time, at the fraction `k/phi mod 1` of interval `k` (from
+//!   1), with the golden ratio `phi`. Equidistant times would meet one phase only of a motion whose period divides the
+//!   interval.
+//! - One in each of [`PATH_INTERVALS`] equal intervals of the path, at the fraction `(1/2 + k/phi) mod 1`. The path is
+//!   the integral over time of the largest speed of the recorded nodes. A short and fast motion has many of these
+//!   times.
 //! - Kinks of signals (ramp, pulse, steps), and times after them and after the start. The delays after a kink are the
 //!   time to the next one, divided by powers of [`DELAY_RATIO`]: the duration of the response need not be known.
 //! - The end.
@@ -112,7 +114,8 @@ fn kinks_of(signal: &Signal) -> Vec<f64> {
     own.into_iter().map(|time| time + signal.delay).collect()
 }
 
-/// The `kinks`, s, and [`DELAYS`] times after each of them, before the next one or before `end`.
+/// The ascending `kinks`, s, and [`DELAYS`] times after each of them: at distances `g r^-j`, `j` from 1. `g` is the
+/// time to the next kink or to `end`, and `r` is [`DELAY_RATIO`].
 fn times_after_kinks(kinks: &[f64], end: f64) -> Vec<f64> {
     let next = kinks.iter().skip(1).chain(std::iter::once(&end));
     let after = |(kink, next): (&f64, &f64)| {

@@ -1,11 +1,11 @@
 //! Constants of the search for the numerics of a motion: one set for motions of a few modes, one for motions of many.
 //!
 //! Input: a scene and its problem on the first trial mesh. A motion has many modes if the scene has a
-//! `supports.motion`, an initial velocity or angular velocity, or the rod is not planar, or limp: as a cantilever it
-//! deflects by more than its length ([`LIMP`]) under its weight, by linear theory. It also has many if it starts from
-//! another shape than rest or equilibrium. Then every refinement adds modes, and observed orders are lower.
-//! [`Tuning::of`] returns the set of a scene: target error over the requested one, growth limits of the work, bounds of
-//! orders and their reduction.
+//! `supports.motion`, an initial velocity or angular velocity, or a spatial model, or if the rod is limp. A limp rod
+//! deflects as a cantilever under its weight by more than its length ([`LIMP`]), by linear theory. A motion also has
+//! many if it starts from another shape than rest or equilibrium. Then every refinement adds modes, and observed orders
+//! are lower. [`Tuning::of`] returns the set of a scene: target error over the requested one, growth limits of the
+//! work, bounds of orders and their reduction.
 
 use crate::accuracy::aim::begins_with_velocity_jump;
 use crate::accuracy::difference::OrderBounds;
@@ -72,10 +72,10 @@ pub(super) fn is_limp(scene: &Scene, guess: &Problem) -> bool {
     deflection > LIMP
 }
 
-/// Whether the motion has many modes: the scene has a `supports.motion` or an initial velocity, or the rod is not
-/// planar or [limp](is_limp). It has many too if the rod starts neither from its rest shape nor from its equilibrium.
-/// `guess` is the problem of the scene with the first trial mesh and step; its length and its model (planar or spatial)
-/// are used.
+/// Whether the motion has many modes: the scene has a `supports.motion` or an initial velocity or angular velocity, or
+/// the model is spatial, or the rod is [limp](is_limp). It has many too if the rod starts neither from its rest shape
+/// nor from its equilibrium. `guess` is the problem of the scene with the first trial mesh and step; its length and its
+/// model (planar or spatial) are used.
 fn has_many_modes(scene: &Scene, guess: &Problem) -> bool {
     begins_with_velocity_jump(scene)
         || !matches!(scene.initial.state, InitialState::Rest | InitialState::Equilibrium)

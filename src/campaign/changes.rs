@@ -1,13 +1,13 @@
 //! Changes of a campaign task to its fit file and scenes: new values by the paths of TOML keys.
 //!
 //! A path has parts separated by dots, as in `rod.segments`, `observation.0.file`, `loads.gravity.y` or
-//! `experiment.long.radius`. A part is a key of a table, or an index (from 0), an axis (x, y, z) or a `name` in a list.
-//! The short name of a scene parameter, as `radius`, stands for its path. [`Key::new`] determines, by the first part or
-//! the short name, whether the fit file, all scenes or the scene of one experiment may have the key. Other names are
-//! errors. [`set_value`] writes the value into the table; a number or truth value in the place of a text becomes a
-//! text. It creates missing tables, and `[0, 0, 0]` for a missing vector, but no items of lists. A missing index or
-//! name, or a path below a plain value, is an error. `names_a_file` and [`is_file_key`] return whether the value of a
-//! key is the path of a file. [`can_be_planned`] rejects values that JSON does not have.
+//! `experiment.long.radius`. A part is a key of a table; in a list it is an index (from 0), else an axis (x, y, z),
+//! else a `name`. The short name of a scene parameter, as `radius`, stands for its path. [`Key::new`] determines, by
+//! the first part or the short name, whether the fit file, all scenes or the scene of one experiment may have the key.
+//! Other names are errors. [`set_value`] writes the value into the table; a number or truth value in the place of a
+//! text becomes a text. It creates missing tables, and `[0, 0, 0]` for a missing vector, but no items of lists. A
+//! missing index or name, or a path below a plain value, is an error. `names_a_file` and [`is_file_key`] return whether
+//! the value of a key is the path of a file. [`can_be_planned`] rejects values that JSON does not have.
 
 use crate::error::Error;
 use crate::fit::FitFile;
@@ -98,8 +98,8 @@ pub(crate) fn can_be_planned(value: &Value) -> bool {
 
 /// Sets the value at a path of a table. Missing tables are created; a missing value whose next part is an axis (x, y,
 /// z) becomes `[0, 0, 0]`. Items of lists are never created. A number or truth value that replaces a text becomes a
-/// text. An empty path changes nothing. Error: a list has no such index or name, or the path goes on below a plain
-/// value.
+/// text. An empty path changes nothing; an error leaves the tables that were created. Error: a list has no such index
+/// or name, or the path goes on below a plain value.
 pub(crate) fn set_value(table: &mut Table, path: &[String], value: &Value) -> Result<(), Error> {
     let missing = || {
         let allowed = "a key of the file; list items are counted from 0";
@@ -127,7 +127,7 @@ pub(crate) fn set_value(table: &mut Table, path: &[String], value: &Value) -> Re
     Ok(())
 }
 
-/// The index 0, 1, 2 of the component `x`, `y`, `z` of a vector; none for another name.
+/// The index 0, 1, 2 of the component `x`, `y`, `z` of a vector; `None` for another name.
 fn axis(name: &str) -> Option<usize> {
     ["x", "y", "z"].iter().position(|axis| *axis == name)
 }

@@ -61,7 +61,8 @@ impl fmt::Display for Damage {
 
 impl<'a> Collected<'a> {
     /// Reads all results of a plan's tasks from its folder, one for each id, and the damaged lines. Results of other
-    /// tasks are ignored. Of two equal results the one whose JSON is first in alphabetical order is kept.
+    /// tasks are ignored. Of two equal results the one whose JSON is first in alphabetical order is kept, and further
+    /// ones are compared with it.
     ///
     /// # Errors
     ///
@@ -125,8 +126,8 @@ impl<'a> Collected<'a> {
 }
 
 /// An error with the places of both results if two results of a task are not equal. On one platform they must be equal
-/// byte by byte, on two by [`have_equal_parameters`]. Texts that differ and are no JSON are not equal. None if they are
-/// equal.
+/// byte by byte, on two by [`have_equal_parameters`]. Texts that differ and are no JSON are not equal. `None` if they
+/// are equal.
 fn difference(one: &StoredRecord, other: &StoredRecord) -> Option<Error> {
     let value = |record: &StoredRecord| serde_json::from_str::<Value>(&record.result).ok();
     // Equal texts need no parsing.

@@ -56,7 +56,7 @@ pub(crate) struct StoredReport {
 }
 
 impl StoredResult {
-    /// The estimates of the report; none without a report.
+    /// The estimates of the report in its order; an empty list without a report.
     fn parameters(&self) -> impl Iterator<Item = &Estimate> {
         self.report.iter().flat_map(|report| &report.parameters)
     }

@@ -30,7 +30,9 @@ const DATA_HASH_BYTES: usize = 32;
 
 /// A fit file after all changes, with its scenes in it and the paths of its data absolute.
 pub(crate) struct ResolvedFit {
+    /// Path of the fit file.
     pub file: PathBuf,
+    /// Content of the fit file after the changes.
     pub table: Table,
 }
 
@@ -45,9 +47,9 @@ pub(crate) struct PathName {
 
 /// The table of a scene of an experiment, or of the whole fit.
 struct FitScene<'a> {
-    /// Index of the experiment; none of the whole fit.
+    /// Index of the experiment; `None` for the scene of the whole fit.
     experiment: Option<usize>,
-    /// Name of the experiment.
+    /// Value of the key `name` of the experiment; empty without it, and for the whole fit.
     name: String,
     table: &'a mut Table,
 }
@@ -55,9 +57,9 @@ struct FitScene<'a> {
 impl ResolvedFit {
     /// The fit file `fit` as one table with changes, and with the contents of scene files in the places of their names.
     /// Its path and file names in the changes are relative to `root`; those in files are relative to the folder of
-    /// their file; all become absolute. Changes apply in the order fit file, all scenes, scene of one experiment;
-    /// missing keys are created. Errors: unreadable fit or scene files; keys that start with no table of fits or
-    /// scenes; items of lists and experiments that do not exist.
+    /// their file; all become absolute. Changes apply in the order fit file, all scenes, scene of one experiment (the
+    /// first that has the stated index or the stated `name`); missing keys are created. Errors: unreadable fit or scene
+    /// files; keys that start with no table of fits or scenes; items of lists and experiments that do not exist.
     pub fn new(root: &Path, fit: &Path, changes: &Changes) -> Result<Self, Error> {
         let file = root.join(fit);
         let folder = folder_of(&file).to_path_buf();

@@ -17,7 +17,7 @@ pub(crate) struct CampaignRow {
     pub fit: PathBuf,
     pub name: String,
     pub changes: Changes,
-    /// Where a table has the fit; none of fits that patterns match.
+    /// Where a table has the fit; `None` for fits that patterns match.
     pub source: Option<TableLine>,
 }
 

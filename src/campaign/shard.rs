@@ -35,7 +35,7 @@ impl FromStr for Shard {
 }
 
 impl Shard {
-    /// Part `index`, counted from 0, of `count` parts of the tasks; none unless the index is below the count, so that
+    /// Part `index`, counted from 0, of `count` parts of the tasks; `None` unless the index is below the count, so that
     /// the count is at least 1.
     fn new(index: u64, count: u64) -> Option<Self> {
         let (index, count) = (u128::from(index), u128::from(count));

@@ -108,8 +108,9 @@ fn check_header(header: &[&str]) -> Result<(), String> {
     Ok(())
 }
 
-/// The value of a cell: a number (in tables with semicolons, the `delimiter`, also with a decimal comma), true or
-/// false, a list as in TOML, or else a text; dates are texts.
+/// The value of a cell: a number, true or false, a list or a table in the notation of TOML, or else a text; dates are
+/// texts. With semicolons as `delimiter` a number may have a decimal comma. A number that TOML does not allow, as `.5`
+/// or `007`, is a text.
 fn cell_value(cell: &str, delimiter: u8) -> Value {
     let point = cell.replace(',', ".");
     let is_number = delimiter == b';' && point.parse::<f64>().is_ok();

@@ -496,7 +496,7 @@ impl fmt::Display for CheckReport {
 impl CheckReport {
     /// The report as text for a terminal: the verdict as status, and a table of largest errors with their limits. Below
     /// are the largest difference, the listed entries above the limits, and the errors of finite differences by step
-    /// size. Hand-derived derivatives that disagree with dual numbers have a code.
+    /// size. Hand-derived derivatives that disagree with dual numbers have a code, and so has a report without a state.
     pub fn summary(&self) -> Summary {
         let (found, allowed) = (&self.max_relative_error, &self.tolerance);
         let is_confirmed = matches!(self.verdicts.finite_difference, Verdict::Agree);

@@ -226,7 +226,7 @@ fn compare_own(
     }
 }
 
-/// Rest length of the edge after a node, or of the last edge, m.
+/// Rest length, m, of the edge behind the node with this index; that of the last edge for the last node.
 fn edge_length<const M: usize>(edges: &[Stretch<f64, M>], node: usize) -> f64 {
     edges[node.min(edges.len() - 1)].rest_length
 }

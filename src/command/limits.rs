@@ -303,7 +303,8 @@ fn size(bytes: f64) -> String {
     if bytes < 1e9 { format!("{:.0} MB", bytes / 1e6) } else { format!("{:.1} GB", bytes / 1e9) }
 }
 
-/// A duration, s, as text in a fitting unit: s, min (from 90 s on), h (from 90 min), days (from 48 h), years.
+/// A duration, s, as text in a fitting unit: s, min (from 90 s on), h (from 90 min), days (from 48 h), years (from 370
+/// days).
 fn duration(seconds: f64) -> String {
     match seconds {
         s if s < 90.0 => format!("{s:.0} s"),

@@ -24,8 +24,7 @@ pub struct ParametersOptions {
 }
 
 /// Writes (JSON) and prints the list of the parameters of the scene. Returns exit code 0, or that of an output that
-/// cannot be written. Errors: a scene or an output that cannot be used, and
-/// a cost above a limit.
+/// cannot be written. Errors: a scene or an output that cannot be used, and a cost above a limit.
 pub fn run(options: &ParametersOptions, global: GlobalOptions) -> Result<u8, Error> {
     let problem = match SceneFile::load(&options.scene)? {
         SceneFile::Structure(scene) => Experiment::of_structure("", *scene)?.problem,

@@ -1,13 +1,13 @@
 //! `rodfit simulate`: the motion of a scene or a structure from t = 0 to the end of `[time]`.
 //!
 //! Numerics (mesh, step, scheme) that the program chose are in general checked by their error ([`run_checked`]), and
-//! the run may be repeated with finer ones. If such a run has its table on a stream, the check is a run without output
-//! before. Output is a summary, and if requested a report (`--json`), the positions of all nodes at every step
-//! (`--out`, CSV) and a page with an animation (`--report`). With `--reactions` report and table of one rod also have
-//! the forces and moments of the supports, and the forces of contacts. Errors before the run: an invalid scene, no
-//! `[time]`, an output that cannot be written, a cost above the limits, and `--reactions` without report and table. An
-//! interrupted or failed run writes its results up to that time; the exit code is then that of the error. Structures
-//! (scenes with `[[rods]]`) have a function of [`structure`].
+//! the run may be repeated with finer ones. If such a run has its table on a stream (standard output or a device), the
+//! check is a run without output before. Output is a summary, and if requested a report (`--json`), the positions of
+//! all nodes at every step (`--out`, CSV) and a page with an animation (`--report`). With `--reactions` report and
+//! table of one rod also have the forces and moments of the supports, and the forces of contacts. Errors before the
+//! run: an invalid scene, no `[time]`, an output that cannot be written, a cost above the limits, and `--reactions`
+//! without report and table. An interrupted or failed run writes its results up to that time; the exit code is then
+//! that of the error. Structures (scenes with `[[rods]]`) have a function of [`structure`].
 
 use crate::command::output::{OutputWriter, Outputs};
 use crate::command::{

@@ -45,14 +45,16 @@ pub(crate) trait BisectedSteps {
 /// size, and so on, at most [`HALVINGS`] times. Each accepted step is completed by [`BisectedSteps::accepted`].
 ///
 /// # Errors
-/// Those of a step that bisection does not save; the state is then the last valid one, which may be inside the step.
-/// Those of the completion of a step, at once.
+/// The error of a step that fails, or that step control rejects, also at the last halving. The state is then the last
+/// valid one, which may be inside the step. An error of [`BisectedSteps::accepted`] is returned at once, without
+/// halving.
 pub(crate) fn advance(steps: &mut impl BisectedSteps, time: f64) -> Result<(), Error> {
     advance_halved(steps, time, 0)
 }
 
-/// [`advance`] for a step that is already the result of so many `halvings`. At [`HALVINGS`] the wider limits of the
-/// last halving hold, and the step is not halved again: its error is returned, with the state before it restored.
+/// [`advance`] for a step that results from `halvings` halvings of a step of the scene. At [`HALVINGS`] the wider
+/// limits of the last halving hold, and the step is not halved again: its error is returned, with the state before it
+/// restored.
 fn advance_halved(steps: &mut impl BisectedSteps, time: f64, halvings: u32) -> Result<(), Error> {
     let at_last = halvings == HALVINGS;
     // Trial step, and its energy.

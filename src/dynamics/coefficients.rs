@@ -98,20 +98,25 @@ use crate::scene::Scheme;
 pub struct StepCoefficients<D> {
     /// Length of the step, s.
     pub h: f64,
-    /// Factor h^2 beta^2 of the forces at the end, s^2; h^2/2 of their average.
+    /// Factor of the forces at the end of the step in the residual, s^2: h^2 beta^2 of Newmark-beta, b (1 - af) h^2/(1
+    /// - am) of generalised-alpha. Of the average vector field h^2/2, the factor of the mean force.
     pub end: D,
-    /// Factor h^2 beta (1 - beta) of the forces at the start, s^2; h^2/2 of the viscous ones there.
+    /// Factor of the forces at the start of the step in the residual, s^2: h^2 beta (1 - beta) of Newmark-beta, b af
+    /// h^2/(1 - am) of generalised-alpha. Of the average vector field h^2/2, for the viscous forces there.
     pub start: D,
-    /// 1/(h beta), 1/s.
+    /// Factor of the change of an unknown in its velocity at the end, 1/s: 1/(h beta) of Newmark-beta, g/(b h) of
+    /// generalised-alpha.
     pub rate: D,
-    /// (1 - beta)/beta.
+    /// Factor of minus the velocity at the start in the velocity at the end: (1 - beta)/beta of Newmark-beta, g/b - 1
+    /// of generalised-alpha.
     pub old_velocity_factor: D,
     /// Terms of the acceleration at the start, for schemes that use it.
     pub acceleration: Option<Acceleration<D>>,
     /// Fraction of the step by which the interval of mean loads in time is later than the step: the forces of
     /// generalised-alpha do not act at the middle of the step.
     pub load_shift: D,
-    /// Factors of the change of a strain, 1/s, and of minus its mean rate before, 1, in its rate at the end.
+    /// Factors in the rate of a strain at the end: of its change over the step, 1/s, and of minus its mean rate over
+    /// the step before, dimensionless.
     strain_rate: [D; 2],
     /// The points between start (0) and end (1) at which the forces are evaluated, with their weights.
     pub stages: &'static [Stage],
@@ -200,9 +205,10 @@ impl<D: Scalar> StepCoefficients<D> {
         }
     }
 
-    /// The coefficients of generalised-alpha with the spectral radius `rho` and the step size `h`, s, in the form of
-    /// the header. They follow from `am`, `af`, gamma and beta of Chung and Hulbert (1993). They have the terms of
-    /// accelerations, and one stage at the end.
+    /// The coefficients of generalised-alpha with the spectral radius `rho` and the step size `h`, s, from `am`, `af`,
+    /// `g` and `b` of the header: `end = b (1 - af) h^2/(1 - am)`, `start = b af h^2/(1 - am)`, `rate = g/(b h)`,
+    /// `old_velocity_factor = g/b - 1`, `load_shift = 1/2 - af`. They have the terms of accelerations, and one stage at
+    /// the end.
     fn generalised_alpha(rho: D, h: f64) -> Self {
         // am and af of Chung and Hulbert, then gamma and beta for second order.
         let part = (rho + 1.0).recip();
@@ -251,8 +257,8 @@ impl<D: Scalar> StepCoefficients<D> {
         }
     }
 
-    /// Factor of the mean loads in time in the residual, s^2: that of a force that is the same at both ends,
-    /// `end + start`; of an averaging scheme `end`, the factor of the mean force.
+    /// Factor of the mean forces of loads in time in the residual, s^2. It is `end + start`, as these forces act with
+    /// one value at both ends of the step. For an averaging scheme it is `end`, the factor of the mean force.
     pub fn load_factor(&self) -> D {
         if self.averages() { self.end } else { self.end + self.start }
     }
@@ -269,7 +275,8 @@ impl<D: Scalar> StepCoefficients<D> {
         self.stages.len() > 1
     }
 
-    /// A copy without the terms of accelerations, so that loops over unknowns do not test for them.
+    /// A copy without the terms of accelerations. Loops over unknowns use it where these are absent, so that they do
+    /// not test for them.
     #[inline(always)]
     pub fn without_acceleration(self) -> Self {
         Self { acceleration: None, ..self }
@@ -304,7 +311,8 @@ impl<D: Scalar> StepCoefficients<D> {
     }
 
     /// Factors of change, 1/s^2, velocity, 1/s, and acceleration at the start in the
-    /// [acceleration](Self::acceleration_at_end) at the end; the last is zero for schemes without accelerations.
+    /// [acceleration](Self::acceleration_at_end) at the end. For schemes without accelerations they are those of `(v1 -
+    /// v0)/h` with the [velocity](Self::velocity) `v1`: `[rate/h, -(old_velocity_factor + 1)/h, 0]`.
     pub fn acceleration_factors(&self) -> [D; 3] {
         let ([rate, old_velocity_factor, zero], by_h) = (self.velocity_factors(), 1.0 / self.h);
         let Some(Acceleration { end, .. }) = self.acceleration else {

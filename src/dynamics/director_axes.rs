@@ -16,7 +16,8 @@ use crate::scene::Parameter;
 use num_dual::Dual64;
 use std::sync::Arc;
 
-/// The directors of a rod, from which the axes of recorded edges follow.
+/// The rotations from the frames of a simulation to its material directors, without derivatives and along each
+/// parameter, for the axes of recorded edges.
 pub(super) struct DirectorAxes {
     /// The recorded edges, ascending.
     edges: Arc<[usize]>,

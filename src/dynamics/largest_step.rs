@@ -65,9 +65,9 @@ impl<M: Model> Discretized<'_, M> {
 }
 
 /// An upper bound of the largest eigenvalue of `K x = lambda M x` of the unknowns in `range`, 1/s^2, which exceeds it
-/// by at most the relative [`TOLERANCE`]. Geometric bisection between the largest diagonal entry of `M^-1 K` and
-/// Gershgorin's bound: `K - lambda M` has as many negative pivots as there are eigenvalues below `lambda`. If no
-/// diagonal entry is positive, the result is Gershgorin's bound.
+/// by at most the relative [`TOLERANCE`] (by more where a factorization fails). Geometric bisection between the largest
+/// diagonal entry of `M^-1 K` and Gershgorin's bound: `K - lambda M` has as many negative pivots as there are
+/// eigenvalues below `lambda`. If no diagonal entry is positive, the result is Gershgorin's bound.
 fn highest_squared<T: Tangent<f64>>(tangent: &T, mass: &[f64], range: Range<usize>) -> f64 {
     let n = mass.len();
     let mut sums = vec![0.0; n];

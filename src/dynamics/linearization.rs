@@ -23,7 +23,8 @@ use std::ops::Range;
 /// an indefinite matrix are checked.
 const SOLUTION_TOLERANCE: f64 = 1e-8;
 
-/// The forces of a rod at one stage of an averaging scheme, or at its end for the viscous ones.
+/// The forces of a rod at one stage of an averaging scheme: the elastic ones at a point of its quadrature, or the
+/// viscous ones at the end of the step.
 #[derive(Clone, Debug)]
 pub struct StageForces<D: Scalar, R: Rod<D>> {
     /// The unknowns there, m (rad for angles).
@@ -32,7 +33,7 @@ pub struct StageForces<D: Scalar, R: Rod<D>> {
     pub gradient: Vec<D>,
     /// The tangent of that gradient, N/m.
     pub tangent: R::Tangent,
-    /// The rod there, if its numbers are plain.
+    /// Geometry and strains of edges and joints at `q`, in plain numbers; empty over dual numbers.
     pub geometry: R::Geometry,
 }
 
@@ -81,14 +82,16 @@ pub struct Linearization<'a, D: Scalar, R: Rod<D>> {
     pub total: &'a [D],
     /// The tangent with that drag.
     pub matrix: &'a R::Tangent,
-    /// Factors of the tangent of the step's equations, `M (1 + h beta damping) + h^2 beta^2 K`.
+    /// Factors of the matrix of the step, `weights[0] M + weights[1] matrix`: `M (1 + h beta c) + h^2 beta^2 K` of
+    /// Newmark-beta with the mass damping `c`.
     pub factors: &'a FactorsOf<R, D>,
-    /// The factors of the masses and of the tangent in the factored matrix.
+    /// The factors of the masses and of [`matrix`](Self::matrix), s^2, in the factored matrix.
     pub weights: [D; 2],
     /// The forces at the stages within the step, one per stage of an averaging scheme, and the
     /// viscous ones at its end.
     pub stages: &'a [StageForces<D, R>],
-    /// The rod at the end, measured from the frames at the start, if its numbers are plain.
+    /// Geometry and strains of edges and joints at the end of the step, measured from the frames at its start, in plain
+    /// numbers; empty over dual numbers.
     pub end: &'a R::Geometry,
     /// The forces that the next step takes as those of its start; empty for rods without viscosity, and where the
     /// transposed derivative is not needed.

@@ -58,7 +58,8 @@ impl<W: Write> NodeTable<W> {
         Self { has_reactions, ..self }
     }
 
-    /// The table with columns of the forces, N, of so many `contacts` of the scene. The run must keep reactions.
+    /// The table with columns of the forces, N, of `contacts` contacts, in the order of the scene. The run must keep
+    /// reactions.
     pub fn with_contacts(self, contacts: usize) -> Self {
         Self { contacts, ..self }
     }
@@ -86,8 +87,8 @@ impl<W: Write> NodeTable<W> {
     }
 
     /// Appends a row with the time, s, and the coordinates of all nodes, m, of a simulation's present state, separated
-    /// by commas. With these columns, the reactions of the supports and the forces of the contacts follow, as in the
-    /// header row. Error: a failed write.
+    /// by commas. If the table has columns for them, the reactions of the supports and the forces of the contacts
+    /// follow, as in the header row. Error: a failed write.
     pub fn push(&mut self, simulation: &dyn Snapshot) -> io::Result<()> {
         write!(self.writer, "{}", simulation.time())?;
         for i in 0..self.nodes {

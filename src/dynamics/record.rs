@@ -1,28 +1,23 @@
 //! Recorded motion of a run: positions and velocities of tracked nodes at the start and after every step of the
 //! scene, interpolated in between.
 //!
-//! Storage: one list of motions (m and m/s), record after record, with the tracked nodes first and then three
-//! director axes per recorded edge; the derivatives by each parameter in the same order. Reactions of the supports, if
-//! requested, follow them as force (N) and moment (N m) of the start and of the end. Energies (J), accepted steps and
-//! counts of work are stored beside them. [`RecordView`] computes positions of points and markers at any time (s) from
-//! 0 to the last record, by cubic Hermite interpolation of positions and velocities, and lists the reactions.
-//! Axes of edges are interpolated likewise, energies and other lists linearly ([`RecordView::linear`]).
-//! Its numbers are those of the record, or dual numbers with the derivative by one parameter. A time outside of the
-//! record, and a node or edge that is not tracked, are [`Error::OutOfRange`]; an empty record is
-//! [`Error::Invalid`]. `truncate` removes the records after a number of them.
+//! [`Record`] stores, at each recorded time, position and velocity (m and m/s, world axes) of every tracked node. Then
+//! follow the three director axes of each recorded edge with their rates (1/s). If requested, force (N) and moment (N
+//! m) of the support at the start and of that at the end are last. Each of these is a `Motion`, two vectors; one list
+//! has them record after record. One more list per parameter has their derivatives in the same order. Energies (J), the
+//! ends of accepted steps (s) and counts of work are stored beside them. `push` appends a time, and `truncate` removes
+//! all records after a given number of them.
 //!
-//! Functions of [`Record`]: `new` and `with_axes` choose nodes and edges. `push` appends the values of one time, and
-//! `derivatives_mut` returns the list of one parameter, to be appended to. `make_room` reserves memory. `motion_of` and
-//! `index_of` find the motion of a node after a number of steps, as a value (`None` if it is not recorded) and as an
-//! index (an error). `into_parts` returns the lists. `read` and `along` (dual numbers) return views. `tracked` and
-//! `edges` are the recorded nodes and edges, `times` the times, and `motions` the list of motions.
+//! [`RecordView`] reads a record at any time from 0 to the last one: in its own numbers (`Record::read`), or in dual
+//! numbers with the derivative by one parameter (`Record::along`). Between records, nodes and axes are cubic Hermite
+//! interpolants of values and rates; energies and other lists are linear ([`RecordView::linear`]). `position` and
+//! `places` return a point, a weighted sum of nodes, at one and at many times. `marker` returns a point with an offset
+//! along the axes of edges, `motion` a point with its velocity. `node` and `axes` are values at one record, and
+//! `reactions` those of both supports at all records, empty if they are not recorded. `weights` returns the recorded
+//! motions and their factors in an interpolated position, for adjoint derivatives.
 //!
-//! Functions of [`RecordView`]: `position` and `places` of a point at one and at many times, `marker` of a point with
-//! an offset, `motion` of a point with its velocity. `node` and `axes` are those of a node and an edge at one record.
-//! `reactions` are those of both supports at every time, empty if they are not recorded. `weights` returns the motions,
-//! and their factors, from which a position is interpolated, for adjoint derivatives.
-//!
-//! `Motion` is position and velocity, m and m/s, or their derivatives.
+//! Errors: [`Error::OutOfRange`] for a time before 0 or after the last record, and for a node, edge or step that is not
+//! recorded; [`Error::Invalid`] for an empty record.
 
 use crate::dynamics::step::Work;
 use crate::dynamics::unstable_state::StabilityChecks;
@@ -93,7 +88,7 @@ impl<D: Scalar> Record<D> {
         }
     }
 
-    /// The record with `edges`, ascending, as the edges whose axes are recorded.
+    /// The record with `edges`, which must be ascending, as the edges whose director axes are recorded.
     pub fn with_axes(self, edges: impl Into<Arc<[usize]>>) -> Self {
         Self { edges: edges.into(), ..self }
     }
@@ -129,7 +124,8 @@ impl<D: Scalar> Record<D> {
         self.motion.extend(motions);
     }
 
-    /// The list of derivatives by parameter `k` in the order of the motions, to be appended to.
+    /// The list of the derivatives of all motions by parameter `k`, in the order of the motions, mutable. The caller
+    /// appends those of each record.
     pub fn derivatives_mut(&mut self, k: usize) -> &mut Vec<Motion> {
         &mut self.derivatives[k]
     }
@@ -181,8 +177,8 @@ impl<D: Scalar> Record<D> {
         self.tracked.len() + 3 * self.edges.len() + 2 * usize::from(self.has_reactions)
     }
 
-    /// The parts of the record: times, s; motions, record after record; and their derivatives in the same order, one
-    /// list per parameter.
+    /// The lists of the record, by value: times, s; motions, record after record; and their derivatives in the same
+    /// order, one list per parameter.
     pub fn into_parts(self) -> (Vec<f64>, Vec<Motion<D>>, Vec<Vec<Motion>>) {
         (self.times, self.motion, self.derivatives)
     }
@@ -232,7 +228,8 @@ impl<D: Scalar> RecordView<'_, D> {
         }
     }
 
-    /// The number of recorded motions per time, as [`Record::width`].
+    /// The number of recorded motions per time, as in [`Record::width`]: one per tracked node, three per edge, two with
+    /// reactions.
     fn width(&self) -> usize {
         self.tracked.len() + 3 * self.edges.len() + 2 * usize::from(self.has_reactions)
     }
@@ -401,7 +398,7 @@ impl<D: Scalar> RecordView<'_, D> {
     }
 
     /// The weights of positions and velocities at both ends of the step that ends with record `k`, for the cubic
-    /// Hermite interpolant at `time`, s. With one record only they are those of its position.
+    /// Hermite interpolant at `time`, s. With one record only the position there has the weight 1, and the others 0.
     fn hermite<E: Scalar>(&self, k: usize, time: E) -> HermiteWeights<E> {
         match self.times.get(k) {
             Some(end) => HermiteWeights::new(self.times[k - 1], *end, time),
@@ -436,8 +433,8 @@ impl<D: Scalar> RecordView<'_, D> {
         Ok(sum)
     }
 
-    /// The indices of the nodes of a stencil among the motions of a record, with their weights. [`Error::OutOfRange`]
-    /// for a node that is not tracked.
+    /// For each node of a stencil, its index among the motions of one record, and its weight. [`Error::OutOfRange`] for
+    /// a node that is not tracked.
     fn columns<E: Scalar>(&self, stencil: &Stencil<E>) -> Result<Vec<(usize, E)>, Error> {
         let column = |(node, weight): &(usize, E)| {
             Ok((place_in(self.tracked, *node, "a node that was not tracked")?, *weight))

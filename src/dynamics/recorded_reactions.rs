@@ -19,7 +19,8 @@ pub(super) struct RecordedReactions<M: Model> {
 }
 
 impl<M: Model> RecordedReactions<M> {
-    /// The models of the reactions of a scene, with derivatives by the `parameters`.
+    /// The models of the reactions of a scene in motion: one in plain numbers, and one per parameter in dual numbers
+    /// with the derivatives along it.
     pub fn new(discretized: &Discretized<'_, M>, parameters: &[Parameter]) -> Self {
         let derived = |parameter: &Parameter| {
             let seed = |p, value| Dual64::new(value, f64::from(u8::from(p == *parameter)));

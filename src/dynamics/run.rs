@@ -3,11 +3,12 @@
 //! Input: a discretized scene, parameters of the derivatives, number of steps. At the start and after every step of the
 //! scene the motions (m, m/s) of tracked nodes, axes of selected edges and their derivatives are appended to a
 //! [`Record`]. Energies, reactions and stability checks are added if requested. Observers are called with the states
-//! ([`Snapshot`]). The derivatives are computed on the same thread, or on a second one for large runs
-//! ([`ActiveRun::has_room`]) whose steps can be linearized from their states; results are bitwise equal. A scene
-//! without `[time]`, and an explicit scheme's step above its stability limit, are errors before the run. A run ends
-//! early with the error of a step that bisection does not save, of a derivative, or of an interruption; the record
-//! keeps the states before. [`repeat_over`] repeats a run with its accepted steps over another scalar.
+//! ([`Snapshot`]) after steps of the scene and after accepted parts of them. The derivatives are computed on the same
+//! thread, or on a second one for large runs ([`ActiveRun::has_room`]) whose steps can be linearized from their states;
+//! results are bitwise equal. A scene without `[time]`, and an explicit scheme's step above its stability limit, are
+//! errors before the run. A run ends early with the error of a step that bisection does not save, of a derivative, or
+//! of an interruption; the record keeps the states before. [`repeat_over`] repeats a run with its accepted steps over
+//! another scalar.
 
 use crate::dynamics::bisection::{BisectedSteps, advance};
 use crate::dynamics::director_axes::DirectorAxes;
@@ -174,9 +175,10 @@ where
     result
 }
 
-/// The run with the derivatives on a second thread, which linearizes accepted steps while the next ones are made.
-/// Appends states and derivatives to `record`, and adds the waiting time to `record.stepping`. If a derivative fails,
-/// the record is cut before that step, and its error is returned.
+/// Makes the run of `task` on this thread, and its derivatives on a second one, which linearizes accepted steps while
+/// the next ones are made. Appends states and derivatives to `record`, and adds the time of waiting for the second
+/// thread to `record.stepping`. If a derivative fails, the states after the last one with derivatives are removed from
+/// `record`, and its error is returned.
 fn run_asynchronously<M: Model>(
     task: &RunTask<'_, M>,
     mut simulation: Simulation<f64, M::Rod<f64>>,

@@ -22,7 +22,8 @@
 //! steps). `previous` is the state before the last step. `needs_dual_steps` and `can_linearize_again` state how
 //! derivatives of steps are computed; `linear` is a copy that linearizes steps again. `kinetic_energy` and `energies`
 //! are those of the present state; `non_finite_energy` is the error of the first user-defined energy that is not
-//! finite. `timed_loads`, `boundary_motion` and `newton` return parts, the last two `None` without them.
+//! finite. `timed_loads` are the loads in time, `boundary_motion` is the motion of supports, and `newton` the Newton
+//! solver; the last two are `None` if absent.
 
 use crate::dynamics::coefficients::AVERAGE;
 use crate::dynamics::linearization::Linearization;
@@ -126,8 +127,8 @@ impl<D: Nestable, R: Rod<D>> Simulation<D, R> {
         !self.system.actuators.is_empty()
     }
 
-    /// Whether derivatives are those of the same steps in dual numbers: with actuators that follow signals, with loads
-    /// without a potential, and with damping or friction of contacts. Steps are not linearized then.
+    /// Whether derivatives come from the same steps in dual numbers, because steps are not linearized: with actuators
+    /// that follow signals, loads without a potential, or damping or friction of contacts.
     pub(crate) fn needs_dual_steps(&self) -> bool {
         let rod = &self.system.rod;
         self.has_actuators() || rod.has_follower_loads() || rod.has_contact_losses()
@@ -196,7 +197,7 @@ impl<D: Nestable, R: Rod<D>> Simulation<D, R> {
     pub(crate) fn drag(&self) -> Option<&NodalDrag<D>> {
         self.system.drag.as_ref()
     }
-    /// The forces that depend on time.
+    /// The loads in time: forces that follow signals, and in a plane moments; empty without any.
     pub(crate) fn timed_loads(&self) -> &TimedLoads<D> {
         &self.system.timed_loads
     }
@@ -213,7 +214,7 @@ impl<D: Nestable, R: Rod<D>> Simulation<D, R> {
     pub fn previous(&self) -> &State<D, R::Frames> {
         &self.previous
     }
-    /// The range of free unknowns, which supports do not hold. Recordings may prescribe some of them.
+    /// The index range of the free unknowns, which supports do not hold. Recordings may prescribe some of them.
     pub fn free(&self) -> Range<usize> {
         self.system.free.clone()
     }

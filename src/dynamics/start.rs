@@ -232,9 +232,10 @@ impl<M: Model> Discretized<'_, M> {
         Ok((followed, frames))
     }
 
-    /// The initial velocities of a rod at `q`, m/s and rad/s: those of a rigid body with `initial.velocity` of its
-    /// center of mass and `initial.angular_velocity` about it. An edge in space spins by the component along it.
-    /// `None` over plain numbers if both are zero.
+    /// The initial velocities of a rod at the unknowns `q`, m/s and rad/s: those of a rigid body. A node at `x` has
+    /// `velocity + angular_velocity x (x - c)`, with the center of mass `c` and the vectors of `[initial]`. The angle
+    /// of an edge in space has the component of `angular_velocity` along the edge. `None` over plain numbers if both
+    /// vectors are zero.
     pub(crate) fn start_velocity<D: Nestable>(
         &self,
         setup: &Setup<D, M>,

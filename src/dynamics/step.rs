@@ -98,8 +98,9 @@ pub(crate) struct Step<'a, D, R> {
 }
 
 impl<D: Nestable, R: Rod<D>> System<D, R> {
-    /// Sets the rod to these values of the signals of its actuators, one for each actuator. By its effect, a value
-    /// shifts natural strains, is the tension of edges, or the factor of a group of loads without a potential.
+    /// Sets the rod to the `values` of the signals of its actuators, one per actuator, and stores them. By the effect
+    /// of the actuator, a value is the tension of tendons, N, or the factor of a group of loads without a potential.
+    /// Otherwise natural strains change by the actuator's shifts times the change of the value since the stored one.
     pub fn set_actuation(&mut self, values: &[D]) {
         let Self { rod, actuators, .. } = self;
         for (k, actuator) in actuators.list.iter().enumerate() {

@@ -1,39 +1,33 @@
-//! Detection of wrong time steps by the total energy of the rod and passed obstacles, so that they are bisected or end
-//! the run.
+//! Step control: detection of wrong time steps by the total energy, by rotations of edges, and by passed obstacles.
 //!
-//! Dead loads do no net work, so that the total energy of a rod can only fall, except by the error of the scheme.
-//! At beta = 1/2 nothing dissipates the error of a large step of a stiff rod: energy grows until Newton's method
-//! fails, or finds a root of the equations that is not the motion. Dissipative schemes may find such roots too,
-//! each at another energy. Explicit schemes grow where the rod stiffens beyond their stability limit. A step whose
-//! energy rises by more than [`MAX_GAIN_PER_STEP`] of the largest kinetic energy is rejected; so is a run that
-//! gains more than [`MAX_GAIN`].
+//! [`StepControl::check`] is called with the simulation after every trial step. Its error makes the caller halve the
+//! step or, after the last halving, end the run. [`StepControl::accept`] is called for each accepted step.
 //!
-//! Valid runs gain far less: in 250 random scenes with beta from 0.51 to 1 and steps of 1/300 to half a first
-//! period, a step gained either less than 0.005 of the largest kinetic energy, or 0.01 to 1000 of it with a wrong
-//! motion. At beta = 1 none gained 0.001.
+//! Energy: the total energy of a rod under dead loads, their potential included, can only fall, except by the error of
+//! the scheme. At beta = 1/2 nothing dissipates the error of a large step of a stiff rod. Energy then grows until
+//! Newton's method fails, or finds a root of the equations that is not the motion. Dissipative schemes may find such
+//! roots too, each at another energy; explicit schemes grow where the rod stiffens beyond their stability limit. A step
+//! whose energy rises by more than [`MAX_GAIN_PER_STEP`] of the largest kinetic energy is rejected; so is a run that
+//! gains more than [`MAX_GAIN`]. Gains of a run count from its start, or from the lowest energy so far with damping or
+//! a dissipative parameter. Valid runs gain far less: in 250 random scenes with beta from 0.51 to 1 a step gained less
+//! than 0.005 of the largest kinetic energy, or 0.01 to 1000 of it with a wrong motion.
 //!
-//! Loads in time, those without a potential, and actuators do work, which is subtracted from the energy; the sum of its
-//! absolute values is added to the kinetic energy as a scale. Generalised-alpha takes loads of a later interval, whose
-//! additional work is allowed.
+//! The work of loads in time, of loads without a potential and of actuators is subtracted from the energy. The sum of
+//! its absolute values is added to the kinetic energy as a scale. Generalised-alpha takes loads of a later interval,
+//! whose additional work is allowed. The average vector field conserves energy where its quadrature is exact. Without
+//! damping and user-defined energies its limits are much smaller, and hold for losses too.
 //!
-//! Supports that move and fluids that flow do work. There a wrong root shows in the rotation of edges: none may
-//! turn by more than 45 degrees in a step. The average vector field conserves the energy where its quadrature is
-//! exact; its limits are much smaller, for losses too.
+//! The sum of all energies is skipped for at most `INTERVAL` steps in succession (`EXPLICIT_INTERVAL` for explicit
+//! schemes, none for the smaller limits); the limit per step holds for each step since the last sum. It is not skipped
+//! after a rise of the kinetic energy, nor after many Newton iterations where energy must fall.
 //!
-//! Contact forces act at the ends of steps, so that a large step may lead the rod through an obstacle without an
-//! overlap. Such a step is rejected, whatever the limits of the energy
-//! ([`swept_edge`](crate::energy::swept_edge)).
+//! Rotations: moving supports and flowing fluids do work, so that energy is not limited. There an edge may turn by at
+//! most 45 degrees in a step. [`StepControl::without_limits`] makes a control with this limit only. Obstacles: contact
+//! forces act at the ends of steps, so that a large step may lead the rod through an obstacle without an overlap. Such
+//! a step is always rejected ([`swept_edge`](crate::energy::swept_edge)).
 //!
-//! [`StepControl::check`] is called after every trial step, with the simulation; its error makes the caller halve the
-//! step or end the run. [`StepControl::accept`] is called for each accepted step. [`StepControl::without_limits`]
-//! limits rotations of edges only. The sum of all energies is skipped for at most `INTERVAL` steps in succession
-//! (`EXPLICIT_INTERVAL` for explicit schemes, none where energy is conserved exactly). It is not skipped after a rise
-//! of the kinetic energy, or many Newton iterations where energy must fall. The limit per step holds for each step
-//! since the last sum. Gains of a run count from its start, or from the lowest energy so far with damping or a
-//! dissipative parameter. Limits hold for gains and losses alike only if the scheme conserves energy exactly and the
-//! scene has neither damping nor user-defined energies; else for gains only. Errors are [`Error::EnergyGrowth`], for
-//! rotations [`Error::Leap`], for obstacles [`Error::PassedObstacle`], and [`Error::NotFinite`] for a user-defined
-//! energy.
+//! Errors are [`Error::EnergyGrowth`], for rotations [`Error::Leap`], for obstacles [`Error::PassedObstacle`], and
+//! [`Error::NotFinite`] for a user-defined energy.
 
 use crate::dynamics::energy_balance::is_dissipative;
 use crate::dynamics::simulation::Simulation;
@@ -75,20 +69,21 @@ const EXACT_ROUNDING: f64 = 1e-13;
 /// Limits of the change of the energy by a scheme, as fractions of the largest kinetic energy.
 #[derive(Clone, Copy, Debug)]
 struct Limits {
-    /// A step that adds more is taken in halves.
+    /// Largest change in a step; a step with a larger one is bisected.
     per_step: f64,
-    /// A step that adds more than this, where halves do not help, ends the run.
+    /// The same in a step that is not halved again; a larger change ends the run.
     at_last: f64,
-    /// A run that has gained more has lost the motion.
+    /// Largest change since the reference energy of a run.
     in_all: f64,
     /// Whether losses count like gains.
     losses: bool,
-    /// Whether the energy falls, so that a run's gain counts from the lowest so far.
+    /// Whether the energy can only fall, so that the lowest energy so far is the reference energy of a run; else it is
+    /// that of the start.
     falls: bool,
-    /// All energies are summed after so many steps at the latest.
+    /// Largest number of successive steps without a sum of all energies.
     interval: usize,
-    /// Changes of this part of the other energies are taken for rounding errors: a rod at rest has
-    /// nothing else to compare.
+    /// Change over the sum of the other energies that is allowed in addition, as a rounding error: a rod at rest has no
+    /// kinetic energy as a scale.
     rounding: f64,
     /// The remedy in the error message.
     remedy: &'static str,
@@ -178,7 +173,7 @@ pub(crate) struct StepControl {
     still: f64,
     /// Total energy when all energies were last summed, J.
     last: f64,
-    /// Total energy after the step that waits to be taken, J; none if it was not summed.
+    /// Total energy after the checked step, J; `None` if it was not summed.
     now: Option<f64>,
     /// Largest kinetic energy of accepted states, J.
     kinetic: f64,
@@ -186,7 +181,7 @@ pub(crate) struct StepControl {
     kinetic_now: f64,
     /// Kinetic energy after the last accepted step, J.
     kinetic_last: f64,
-    /// Steps taken since the energies were summed.
+    /// Accepted steps since all energies were last summed.
     unseen: usize,
     /// Newton iterations before the step that is checked.
     iterations: usize,
@@ -300,8 +295,9 @@ impl StepControl {
         Ok(())
     }
 
-    /// Accepts the checked step. If its energy was summed, it is the reference of the next check, and, where energy
-    /// must fall, a lower one also that of the run's gain. The largest kinetic energy is updated.
+    /// Accepts the checked step. If its total energy was summed, that energy is the reference of the next check. Where
+    /// energy must fall, it also becomes the reference of the run if it is lower. The largest kinetic energy is
+    /// updated.
     pub fn accept(&mut self) {
         match self.now {
             Some(now) => {

@@ -258,12 +258,11 @@ impl Trajectory {
     /// states before it remain recorded.
     ///
     /// # Errors
-    /// A record is of one run of the problem it was made for: [`Error::Invalid`] for a second run, another problem's,
-    /// or one of more steps than the scene has. The same for a scene without `[time]`, and a step above the limit of
-    /// stability of an explicit scheme. Those of the initial state. Those of [a
-    /// step](crate::dynamics::Simulation::step_to), and [`Error::EnergyGrowth`], [`Error::Leap`] or
-    /// [`Error::PassedObstacle`], where halves of it fail too; [`Error::SingularTangent`] of derivatives;
-    /// [`Error::Interrupted`].
+    /// [`Error::Invalid`] for a trajectory that has run already, for another problem than the trajectory's, and for
+    /// more steps than the scene has. The same for a scene without `[time]`, and for a step above the stability limit
+    /// of an explicit scheme. Errors of the initial state. Errors of [a step](crate::dynamics::Simulation::step_to),
+    /// and [`Error::EnergyGrowth`], [`Error::Leap`] or [`Error::PassedObstacle`], where halves of the step fail too.
+    /// [`Error::SingularTangent`] where derivatives cannot be computed, and [`Error::Interrupted`].
     pub fn run(
         &mut self,
         problem: &Problem,
@@ -302,7 +301,7 @@ impl Trajectory {
         }
     }
 
-    /// Rejects a run of `problem` over so many `steps` into a record that is not empty, of another scene than the
+    /// Rejects a run of `problem` over `steps` steps into a record that is not empty, of another scene than the
     /// trajectory's, or with more steps than the scene has. A scene without `[time]` is rejected too.
     ///
     /// # Errors
@@ -456,7 +455,8 @@ impl Trajectory {
 }
 
 impl Trajectory {
-    /// The trajectory of a record that was made elsewhere, as of a structure.
+    /// A trajectory of a run, not of an equilibrium, with a `record` that was made elsewhere, such as that of a rod of
+    /// a structure. `parameters` are those of its derivatives; nothing is checked.
     pub(crate) fn recorded(problem: &Problem, parameters: &[Parameter], record: Record) -> Self {
         let (problem, parameters) = (problem.clone(), parameters.to_vec());
         Self { problem, parameters, rests: false, record }

@@ -95,8 +95,8 @@ impl StabilityChecks {
     }
 
     /// Examines the present state of a simulation and counts it, unless there are loads without a potential. If it is
-    /// an unstable state at which symmetry holds the rod, it replaces the last one found, else that one stays. A
-    /// failure of the linear algebra is not reported.
+    /// an unstable state at which symmetry holds the rod, it replaces `found`; otherwise `found` stays. A failure of
+    /// the linear algebra is not reported.
     pub fn examine<M: Model>(
         &mut self,
         discretized: &Discretized<'_, M>,
@@ -212,8 +212,8 @@ fn relaxed<M: Model>(
     Ok((!far).then(|| moved.collect()))
 }
 
-/// The square of the fastest growth rate of motions out of the plane of a planar scene at `q`, 1/s^2, under its loads at
-/// a time, s, from its spatial model. `None` if no squared rate exceeds `least`, or that motion displaces no node (a
+/// The square of the fastest growth rate of motions out of the plane of a planar scene at `q`, 1/s^2, under its loads
+/// at a time, s, from its spatial model. `None` if no squared rate exceeds `least`, or that motion displaces no node (a
 /// spin). Error: the eigenvalue search fails.
 fn out_of_plane<M: Model>(
     discretized: &Discretized<'_, M>,

@@ -96,9 +96,9 @@ impl<D: Scalar> EffectiveStrainFactors<D> {
 
 /// Overwrites `viscosity` with the stress at the end of a step that began with the internal variables `before`: a
 /// factor of the stiffnesses, and shifts of the natural strains. A shift is `eta p`, plus `g (w s0 - e^(-h/tau) z0)` of
-/// every Maxwell branch, with the [past](StepCoefficients::viscous_past) `p` of its strain. Kinds with additional times
-/// get their own factors and `p`, if `viscosity` has them. For averaging schemes it is the stress of dashpots alone:
-/// factors have half of the damping times, and shifts are `p` over the rate coefficient.
+/// every Maxwell branch, with the [past](StepCoefficients::viscous_past) `p` of its strain. If `viscosity.own` is
+/// present, it gets the factors of strains with a time of their kind, and `p`. For averaging schemes it is the stress
+/// of dashpots alone: factors have half of the damping times, and shifts are `p` over the rate coefficient.
 pub fn at_end<D: Scalar>(
     coefficients: &StepCoefficients<D>,
     damping: &Damping<D>,

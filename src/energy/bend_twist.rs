@@ -96,7 +96,7 @@ pub struct JointLaw<D> {
 }
 
 impl<D: Scalar> JointLaw<D> {
-    /// A law with stiffnesses and natural strains of zero.
+    /// A law with stiffnesses and natural strains of zero, as padding of SIMD lanes.
     pub(crate) fn none() -> Self {
         let zero = D::from(0.0);
         let stiffness = Stiffness { bend: [zero; 3], twist: zero, coupling: [zero; 2] };

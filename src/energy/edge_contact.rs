@@ -55,7 +55,7 @@ pub(crate) struct ContactDerivatives<D, const U: usize> {
 }
 
 impl<D: Scalar, const U: usize> ContactDerivatives<D, U> {
-    /// Zeros.
+    /// Zeros as gradient, N, and Hessian, N/m.
     pub fn zero() -> Self {
         Self { gradient: [D::from(0.0); U], hessian: [[D::from(0.0); U]; U] }
     }
@@ -82,9 +82,10 @@ impl<D: Scalar> EdgeContact<'_, D> {
         energy * self.stiffness * self.edge.part.length
     }
 
-    /// Overwrites `local` with the derivatives of the energy of surface number `k` by the first `A` coordinates of the
-    /// nodes, which stand `U - A` apart; entries between them stay. The Hessian is left out unless it is requested.
-    /// False without contact, when nothing is written.
+    /// Overwrites `local` with the derivatives of the energy of surface number `k` by the `A` coordinates of both
+    /// nodes. Those of the second node begin at the index `U - A` of the `U` unknowns of the edge; entries between them
+    /// (the angle in space) stay. The Hessian is left out unless it is requested. False without contact, when nothing
+    /// is written.
     #[inline(always)]
     pub fn derive<const A: usize, const U: usize>(
         &self,

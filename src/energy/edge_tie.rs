@@ -23,7 +23,8 @@ pub(crate) struct EdgeTie {
 impl OwnEnergy<2, 1> for EdgeTie {
     const PARAMETERS: [(&'static str, Quantity); 1] = [("stiffness", Quantity::positive("N/m"))];
 
-    /// Half the stiffness times the squared distance of both points, J.
+    /// `k |x0 + w (x1 - x0) - p|^2/2`, J: half the stiffness `k`, N/m, times the squared distance of the point of the
+    /// edge from the fixed point `p`. `x0` and `x1` are the nodes, m, `w` is the weight.
     fn energy<D: Scalar>(
         &self,
         _: &Place<D>,

@@ -7,9 +7,8 @@
 //! multiplies a load by a factor, `map` converts its scalar type.
 //!
 //! In the plane the components are those along the tangent and the normal to its left, and moments have no effect. In
-//! space a moment `m` does the
-//! work `m . w` on the rotation `w` of the directors. With the reference tangent `t0`, from which the directors are
-//! transported, and the angle `theta` of the edge of length `l`, that rotation is
+//! space a moment `m` does the work `m . w` on the rotation `w` of the directors. With the reference tangent `t0`, from
+//! which the directors are transported, and the angle `theta` of the edge of length `l`, that rotation is
 //!
 //! ```text
 //! w = t x dt + (dtheta - (t0 x t).dt/(1 + t0.t)) t
@@ -41,13 +40,13 @@ pub struct FollowerLoad<D> {
 }
 
 impl<D: Scalar> FollowerLoad<D> {
-    /// No load.
+    /// A load with all components zero.
     pub fn zero() -> Self {
         let zero = [D::from(0.0); 3];
         Self { forces: [zero; 2], moment: zero, fixed_moment: zero }
     }
 
-    /// The load times a factor.
+    /// The load with all forces and moments times `factor`.
     pub fn scaled(&self, factor: D) -> Self {
         self.map(|x| x * factor)
     }
@@ -69,8 +68,9 @@ impl<D: Scalar> FollowerLoad<D> {
         [first[0], first[1], second[0], second[1]]
     }
 
-    /// Minus the derivatives of [`planar_forces`](Self::planar_forces) by the coordinates, N/m. A force `a t + b n`
-    /// changes by `(a n - b t) (n . de)/l` with the edge vector `e` of length `l`.
+    /// Minus the derivatives of [`planar_forces`](Self::planar_forces) by the coordinates, N/m; rows are forces,
+    /// columns coordinates. A force `a t + b n` changes by `(a n - b t) (n . de)/l` with the edge vector `e` of length
+    /// `l`.
     pub fn planar_tangent(&self, q: &[D; 4]) -> [[D; 4]; 4] {
         let EdgeHeading { tangent: [x, y], inverse } = EdgeHeading::at(q);
         let normal = [-(y * inverse), x * inverse];
@@ -109,7 +109,8 @@ impl<D: Scalar> FollowerLoad<D> {
 }
 
 impl<D: Nestable> FollowerLoad<D> {
-    /// Minus the derivatives of [`spatial_forces`](Self::spatial_forces) by the unknowns, N/m, in dual numbers.
+    /// Minus the derivatives of [`spatial_forces`](Self::spatial_forces) by the unknowns, in dual numbers; rows are
+    /// forces, columns unknowns. N/m for coordinates; N and N m with the angle.
     pub fn spatial_tangent(
         &self,
         q: &[D; IN_SPACE],

@@ -70,7 +70,7 @@ impl<D: Scalar> DirectedEdge<D> {
         [x, y, z, h]
     }
 
-    /// The components of the vector `t` along the two directors, times `factor`.
+    /// The scalar products of the vector `t` with both material directors, `[m1.t, m2.t]`, times `factor`.
     #[inline(always)]
     fn along(&self, t: Vector<D>, factor: D) -> [D; 2] {
         [dot(self.m[0], t) * factor, dot(self.m[1], t) * factor]

@@ -69,7 +69,7 @@ pub trait Energy<const N: usize> {
 pub trait Analytic<const N: usize>: Energy<N> {
     /// The gradient dE/dq at the unknowns `q`, J over the units of `q`.
     fn gradient(&self, q: &[f64; N]) -> [f64; N];
-    /// d2E/dq2 at the unknowns `q`, all of the symmetric matrix.
+    /// The Hessian d2E/dq2 at the unknowns `q`, J over the product of their units, all of the symmetric matrix.
     fn hessian(&self, q: &[f64; N]) -> [[f64; N]; N];
 }
 
@@ -153,7 +153,7 @@ impl<E: Element<f64, N>, const N: usize> Analytic<N> for AsEnergy<E> {
     fn gradient(&self, q: &[f64; N]) -> [f64; N] {
         self.0.gradient(q)
     }
-    /// The hand-derived Hessian of the element at the unknowns `q`, all of the symmetric matrix.
+    /// The hand-derived Hessian of the element at the unknowns `q`, all entries of the symmetric matrix.
     fn hessian(&self, q: &[f64; N]) -> [[f64; N]; N] {
         self.0.tangent(q).hessian
     }

@@ -206,8 +206,8 @@ impl<D: Scalar> EdgePart<'_, D> {
         self.is_middle_apart(nodes, |square, half| 3.0 * (square + half + squared_movement))
     }
 
-    /// Whether the squared distance of the middle of the edge from a round obstacle, m^2, is above a `bound`, a function
-    /// of the squares of the reach and of half an edge. False of planes.
+    /// Whether the squared distance of the middle of the edge from a round obstacle, m^2, is above a `bound`, a
+    /// function of the squares of the reach and of half an edge. False of planes.
     #[inline(always)]
     fn is_middle_apart(&self, [a, b]: [Vector<D>; 2], bound: impl Fn(f64, f64) -> f64) -> bool {
         let surface = match self.obstacle.kind {

@@ -73,9 +73,8 @@ pub(crate) const MOST_NODES: usize = 3;
 /// An energy of one's own over `N` neighbouring nodes, one to three, with `P` parameters. See the
 /// [module](self).
 ///
-/// Other numbers, such as an external field, are fields of the type. It must be smooth
-/// enough for two derivatives, and may be attached to any rod. A value that is no finite number
-/// ends a run.
+/// Other numbers, such as an external field, are fields of the type. It must be smooth enough for two derivatives, and
+/// may be attached to any rod. A value that is not a finite number ends a run with an error.
 pub trait OwnEnergy<const N: usize, const P: usize>: Send + Sync + 'static {
     /// Names of the parameters, with unit, limits and scale.
     const PARAMETERS: [(&'static str, Quantity); P];

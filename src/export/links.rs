@@ -34,14 +34,14 @@ pub(super) struct RodChain {
     pub links: Vec<ChainLink>,
     /// One per inner node.
     pub joints: Vec<ChainJoint>,
-    /// Point masses: node and kg.
+    /// Point masses at nodes.
     pub masses: Vec<PlacedMass>,
     pub supports: [Support; 2],
     pub gravity: Vector<f64>,
     /// Rate of the force `-rate M v`, 1/s.
     pub mass_damping: f64,
-    /// Young's and shear modulus, Pa, and density, kg/m^3, without taper. The shear modulus is none without one in the
-    /// scene, or with moments in `loads.point`.
+    /// Young's and shear modulus, Pa, density, kg/m^3, and shear coefficient, without taper. The shear modulus is
+    /// `None` if the scene has neither a shear modulus nor Poisson's ratio.
     pub moduli: ChainModuli,
 }
 
@@ -49,7 +49,7 @@ pub(super) struct RodChain {
 pub(super) struct ChainModuli {
     /// Young's modulus, Pa.
     pub young: f64,
-    /// Shear modulus, Pa.
+    /// Shear modulus, Pa; `None` if the scene has neither `shear_modulus` nor `poisson_ratio`.
     pub shear: Option<f64>,
     /// Density, kg/m^3.
     pub density: f64,
@@ -68,7 +68,7 @@ pub(super) struct PlacedMass {
 pub(super) struct ChainLink {
     /// Distance of the nodes, m.
     pub length: f64,
-    /// Radius of a circle of the same outer size or, for other sections, area, m.
+    /// Outer radius of a circle or tube; for other sections that of a circle of the same area, m.
     pub radius: f64,
     /// Mass, kg: half at each node.
     pub mass: f64,
@@ -80,7 +80,8 @@ pub(super) struct ChainLink {
     pub axial: f64,
     /// rho A, kg/m.
     pub line_density: f64,
-    /// GJ, and EI of bending towards the second and the first director, N m^2.
+    /// GJ, and EI of bending towards the second and then the first director, which are rotations about the first and
+    /// the second one, N m^2.
     pub rigidity: [f64; 3],
 }
 
@@ -156,7 +157,8 @@ impl RodChain {
     }
 }
 
-/// The name of the scene file without folder and ending, with letters, digits, `_` and `-` only; `rod` without a file.
+/// The name of the scene file without folder and ending, in which all characters but ASCII letters, digits, `_` and `-`
+/// are replaced by `_`; `rod` without a file.
 fn name_of(scene: &Scene) -> String {
     let stem = scene.path.as_deref().and_then(|path| path.file_stem());
     let name = stem.map_or_else(|| "rod".into(), |stem| stem.to_string_lossy().into_owned());
@@ -222,9 +224,10 @@ fn joints(scene: &Scene, mesh: &Mesh, frames: &[EdgeFrame<f64>]) -> Vec<ChainJoi
     (0..frames.len() - 1).map(joint).collect()
 }
 
-/// Rotations without stress of joint `i`, less those at rest, about tangent, first and second director, rad. `places` are
-/// those of all nodes, as fractions of the length of the rod, `length` is the length that the joint represents, m. They
-/// follow from natural curvature, bending and twist of the scene.
+/// Rotations at which joint `i` has no stress, less those at rest, about tangent, first and second director, rad. They
+/// follow from natural curvature, bending and twist of the scene; bending is converted from curvatures `2 tan(angle/2)`
+/// to angles. `places` are those of all nodes, as fractions of the length of the rod, `length` is the length that the
+/// joint represents, m.
 fn reference(
     scene: &Scene,
     frames: &[EdgeFrame<f64>],

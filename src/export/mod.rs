@@ -97,10 +97,14 @@ impl Problem {
 
 impl Problem {
     /// Up to `frames` frames of a motion of this problem as files for ParaView (`rod_0000.vtp` ..), and `rod.pvd`,
-    /// which lists them with their times, s. Frames have positions, m, velocities, m/s, and radii, m, of the nodes.
+    /// which lists them with their times, s. The first and the last state are always frames; the others are evenly
+    /// spaced steps. Frames have positions, m, velocities, m/s, and radii, m, of the nodes.
     ///
     /// # Errors
     /// Those of point masses outside the rod.
+    ///
+    /// # Panics
+    /// If the motion has no states, or one of its nodes was not tracked.
     pub fn export_motion(
         &self,
         motion: &Trajectory,
@@ -111,7 +115,8 @@ impl Problem {
     }
 }
 
-/// Error [`Error::Invalid`] for supports that no file can have: rollers, recorded ends and prescribed motions.
+/// [`Error::Invalid`] for supports that no exported file can have: a roller or a recorded end, or a prescribed motion
+/// in `supports.motion`.
 fn check_supports(scene: &Scene) -> Result<(), Error> {
     let allowed = "free, pinned or clamped ends, for an export";
     for (key, support) in

@@ -2,10 +2,12 @@
 //!
 //! Input: a [`RodChain`]; conversions are added to the notes of the export. The script sets positions, directors, nodal
 //! masses, gravity, stiffness matrices (shear by Timoshenko's coefficient) and curvatures without stress. Without a
-//! shear modulus G = E/3. A clamped end holds its two outer nodes and the directors of the edge between them, as the
-//! rod does; a pinned one holds its node. Mass-proportional damping is the uniform constant of the linear damper. The
-//! time step is [`STEP_FRACTION`] of the shortest time of an axial wave over an edge or of the shear oscillation of a
-//! section. The script runs for the duration of the scene, or 1 s without one.
+//! shear modulus G = E/3, and the stiffness of twist is 2/3 of that of bending about the first director. Rotational
+//! inertia of the sections is that of PyElastica: of a solid circle of the radius. A clamped end holds its two outer
+//! nodes and the directors of the edge between them, as the rod does; a pinned one holds its node. Mass-proportional
+//! damping is the uniform constant of the linear damper. The time step is [`STEP_FRACTION`] of the shortest time of an
+//! axial wave over an edge or of the shear oscillation of a section. The script runs for the duration of the scene, or
+//! 1 s without one.
 
 use crate::export::links::RodChain;
 use crate::numerics::vector::Vector;

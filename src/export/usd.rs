@@ -1,4 +1,5 @@
-//! Text of Universal Scene Description (USDA) of a rod: a linear curve with a width per node, and custom attributes.
+//! Text of Universal Scene Description (USDA) of a rod: a linear curve with a width per node (of the edge after it),
+//! and custom attributes.
 //!
 //! Input: a [`RodChain`] and the notes of the export, which become comments. Output: a stage in meters with the curve
 //! `/rod` at rest, its density (kg/m^3) by the physics schema, and the attributes `rodfit:..`. These are Young's and
@@ -9,7 +10,8 @@
 use crate::export::links::RodChain;
 use std::fmt::Write;
 
-/// The text of the stage of a chain, with the `notes` as comments.
+/// The text of the stage of a chain, with the `notes` as comments. The width at a node, m, is twice the radius of the
+/// edge after it, at the last node of the last edge.
 pub(super) fn stage(chain: &RodChain, notes: &[String]) -> String {
     let mut text = String::from(
         "#usda 1.0\n(\n    defaultPrim = \"rod\"\n    metersPerUnit = 1\n    kilogramsPerUnit = 1\n    upAxis = \"Z\"\n)\n\n",

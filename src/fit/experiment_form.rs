@@ -183,10 +183,10 @@ impl ExperimentForm {
     }
 
     /// Reads the scene of this table of the fit file at path `file`, with the recording `path` that drives the ends,
-    /// and prepares it on its initial mesh. `check_scene` is called before any mesh is created, for a structure with the
-    /// rod that represents it. Then it reads the measurements; all are marked as validation data if the table is
-    /// `held_out`. Paths are relative to the folder of `file`. Errors are those of the scene, of `check_scene` and of the
-    /// measurements.
+    /// and prepares it on its initial mesh. `check_scene` is called before any mesh is created, for a structure with
+    /// the rod that represents it. Then it reads the measurements; all are marked as validation data if the table is
+    /// `held_out`. Paths are relative to the folder of `file`. Errors are those of the scene, of `check_scene` and of
+    /// the measurements.
     pub fn read(self, file: &Path, check_scene: &SceneCheck) -> Result<Experiment, Error> {
         // All paths in a fit file are relative to its folder.
         let folder = file.parent().unwrap_or(Path::new(""));

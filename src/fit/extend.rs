@@ -173,11 +173,12 @@ impl FitReport {
         values.max(1.0) * 2.0 * (other.residual_rms / self.residual_rms).ln()
     }
 
-    /// The report of this fit as the best one of several extended fits; `others` are the rest, each with the
-    /// description of its effect. An alternative is of similar likelihood if twice its log-likelihood is lower by at
-    /// most 9.2 (a likelihood ratio of 100). For each of these with a value outside this fit's 95 % interval, a warning
-    /// with both values of the most contradicting parameter is put first. The first such warning lowers the grade to
-    /// correlated-or-missing, if better, and becomes the verdict.
+    /// The report of this fit, the best of several extended fits, with warnings about alternatives. `others` are the
+    /// other extended fits, each with the description of its effect. An alternative is one whose twice log-likelihood
+    /// is lower by at most 9.2 (a likelihood ratio of 100), and which has a value outside this fit's 95 % interval. For
+    /// each alternative a warning with both values of the parameter that is farthest outside is put before all others,
+    /// so that the last alternative is first. A grade better than correlated-or-missing becomes that grade, with the
+    /// text about the first alternative as the verdict.
     pub fn among_alternatives(mut self, others: &[(String, Self)]) -> Self {
         for (term, other) in others {
             if self.likelihood_rise(other) > DISCRIMINATING_RISE {

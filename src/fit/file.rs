@@ -5,12 +5,10 @@
 //! deserialized (`FitForm`). A `scene` is one experiment; each `[[experiment]]` is one, or one for each recording in
 //! its `paths`. Each scene (of a rod or a structure) is loaded and prepared as a [`Problem`](crate::Problem) on its
 //! initial mesh, and the files of the measurements are read. Parameters with `fixed` replace values of the scenes.
-//! Output: a [`FitFile`], checked as a fit of lists along the rod if it has any, as validation data if all are, else as
-//! a fit of parameters. [`FitFile::load`] also rejects planned measurements; duplicates are rejected by the fit.
-//! [`FitFile::load_if`] calls a check for every scene before its mesh is created, and [`FitFile::load_plan_if`] also
-//! accepts planned measurements. `files` lists the files that were read besides the fit file. [`FitFile::from_toml`]
-//! takes a text and the folder of its paths. `of_parameters` is an error for a file with lists along the rod, and
-//! `is_validation_only` returns whether all measurements are validation data and there are no such lists.
+//!
+//! Output: a [`FitFile`]. It is checked as a fit of lists along the rod if it has any, as validation data if all
+//! measurements are, else as a fit of parameters. [`FitFile::load`] and [`FitFile::load_if`] reject planned
+//! measurements, [`FitFile::load_plan_if`] and [`FitFile::from_toml`] accept them; duplicates are rejected by the fit.
 //! [`FitFile::fit`] makes a [`Fit`] of all but the lists along the rod. Errors have the file (of the fit, a scene or
 //! data); those of a key have the key with the value found and the allowed values. [`Fit::add_toml`] adds measurements
 //! (to the last experiment), parameters and inputs to a fit, and replaces its analyses.
@@ -174,8 +172,8 @@ impl FitFile {
     ///
     /// # Errors
     ///
-    /// A file that cannot be read or is no fit file, scenes and data likewise, and fits that cannot be
-    /// solved.
+    /// A file that cannot be read or is no fit file, scenes and data that cannot be read or are not valid, and
+    /// parameters, inputs, measurements and analyses that do not fit the scenes or each other.
     pub fn load(path: impl AsRef<Path>) -> Result<Self, Error> {
         Self::load_if(path, |_| Ok(()))
     }
@@ -303,7 +301,7 @@ impl FitFile {
     }
 
     /// The paths of all files the fit was read from other than itself, by experiment: the files of the scene (with
-    /// recordings that drive ends), then those of the data. Duplicates stay.
+    /// recordings that drive ends), those of its structure, then those of the data. Duplicates stay.
     pub fn files(&self) -> Vec<PathBuf> {
         let own = |e: &Experiment| {
             let data = e.measurements.iter().filter_map(|m| m.header.source.clone());
@@ -314,7 +312,8 @@ impl FitFile {
         self.experiments.iter().flat_map(own).collect()
     }
 
-    /// The file itself, if it has no lists along the rod (`[[field]]`) to identify.
+    /// The file unchanged, if it has no lists along the rod (`[[field]]`) to identify; a guard for commands that need a
+    /// fit of parameters.
     ///
     /// # Errors
     ///
@@ -342,8 +341,9 @@ impl FitFile {
 
 impl FitForm {
     /// Moves the experiments out of the tables: those of `[[experiment]]` (one per recording), or the one of the file's
-    /// own `scene` with its measurements. An error for both or neither, measurements outside of their experiment, more
-    /// than [`MOST_EXPERIMENTS`], and names that are missing or longer than [`LONGEST_NAME`].
+    /// own `scene` with its measurements, without a name. An error for both or neither, for measurements outside of
+    /// `[[experiment]]` in a file that has these, for more than [`MOST_EXPERIMENTS`], and for names of `[[experiment]]`
+    /// that are blank or longer than [`LONGEST_NAME`].
     fn experiments(&mut self) -> Result<Vec<ExperimentForm>, Error> {
         let mut listed: Vec<ExperimentForm> = Vec::new();
         for (i, NamedForm(form)) in std::mem::take(&mut self.experiment).into_iter().enumerate() {

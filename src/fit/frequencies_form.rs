@@ -31,7 +31,8 @@ pub(crate) struct FrequenciesForm {
     /// Direction of most of the motion, in spatial scenes, instead of a plane.
     #[serde(default, deserialize_with = "crate::input::arrays::some_numbers")]
     direction: Option<[f64; 3]>,
-    /// Whether shear deformation and rotary inertia reduce the simulated frequencies of bending modes, as in a thick bar.
+    /// Whether shear deformation and rotary inertia reduce the simulated frequencies of bending modes, as in a thick
+    /// bar.
     #[serde(default)]
     timoshenko: bool,
     /// Standard deviation in the unit of the frequencies.
@@ -45,9 +46,9 @@ pub(crate) struct FrequenciesForm {
 }
 
 impl FrequenciesForm {
-    /// The measurement of the table, in rad/s, for the lowest modes unless mode numbers are given. An error, with the
-    /// `key` of the table in the fit file, for both or neither unit, frequencies that are not above 0, or another
-    /// number of mode numbers.
+    /// The measurement of the table, in rad/s, for the lowest modes (1, 2, ..) unless mode numbers are given. An error,
+    /// with the `key` of the table in the fit file, for both or neither unit, frequencies that are not finite and above
+    /// 0, or another number of mode numbers than frequencies.
     pub fn read(self, key: &str) -> Result<Measurement, Error> {
         // Exactly one of both units: errors name the key in the user's own unit.
         let (unit, values) = match (self.hz, self.rad_s) {

@@ -2,13 +2,13 @@
 //! exact.
 //!
 //! [`Known`] has the input, its standard uncertainty in its unit, the experiments that share the error (none named: all
-//! that have the input), and correlations with other inputs. `of_experiment` adds an experiment to those that share the
-//! error, and `correlated` a correlation. `label` is the name with its experiments, `as_unknown` an unknown of the same
-//! number, for derivatives of the residuals. [`check`] rejects inputs that no scene has, that are fitted or given twice
-//! in an experiment, and uncertainties that are not positive or above [`MOST_SIGMA`]. [`correlations`] returns the
-//! correlation matrix of all inputs for the uncertainty budget (0 for pairs without one). Correlations that are
-//! ambiguous, beyond -1 to 1 or contradictory (a negative eigenvalue) are errors. [`correlation_root`] returns a square
-//! root `B` of the matrix (`B B'`, by eigenvectors) for the Monte Carlo propagation.
+//! that have the input), and correlations with the errors of other inputs. [`check`] rejects inputs that no scene has,
+//! that are fitted or given twice in an experiment, and uncertainties that are not positive or above [`MOST_SIGMA`].
+//! [`correlations`] returns the correlation matrix of all inputs for the uncertainty budget (0 for pairs without a
+//! stated correlation). A correlation with no input or with several inputs of that name, beyond -1 to 1, or
+//! contradictory (a negative eigenvalue of the matrix) is an error. [`correlation_root`] returns a square root `B` of
+//! the matrix (`B B'`, by eigenvectors) for the Monte Carlo propagation. `as_unknown` makes an unknown of an input, for
+//! derivatives of the residuals by it.
 
 use crate::error::{Error, ensure};
 use crate::fit::measurement::experiment::{Experiment, named};
@@ -42,7 +42,7 @@ pub struct Known {
 pub struct Correlation {
     /// The other input.
     pub with: Parameter,
-    /// An experiment of the other input, where several inputs have its name.
+    /// An experiment of the other input, where several inputs have its name; `None`: any.
     pub experiment: Option<String>,
     /// Correlation coefficient, -1 to 1.
     pub value: f64,

@@ -2,10 +2,11 @@
 //!
 //! Input: the deserialized table, and the folder that its path is relative to. The file is a table of numbers with the
 //! column `load`, in a unit of force, or of moment if the load of the scene is one. Columns `x`, `y` and `z` are
-//! displacements of one point from its place without the load, in a unit of length. Loads are multiplied by
-//! `load_factor`. Output: one [`Measurement`] per displacement column that the file has, N or N m, and m. Rows without
-//! a load or without a displacement are left out. Errors: a `load_factor` of 0, and, with its path, a file that cannot
-//! be read or that lacks the columns.
+//! displacements of one point from its position without the load, in a unit of length. Loads are multiplied by
+//! `load_factor`. Output: one [`Measurement`] per displacement column that the file has, with loads in N or N m and
+//! displacements in m. Rows without a load, or without a displacement of this column, are left out of the measurement.
+//! Errors: a `load_factor` that is 0 or not finite, and, with its path, a file that cannot be read or that lacks the
+//! load or all displacements.
 
 use crate::error::{Error, ensure};
 use crate::fit::measurement::Measurement;

@@ -3,10 +3,10 @@
 //!
 //! Input: the deserialized tables, the experiment, and the folder to which the paths of data files are relative.
 //! [`MeasurementTables::add_to`] reads the measurements and adds them to the experiment, in this order. If all
-//! measurements of the experiment are load-deflection curves and critical loads, it also sets their loads in the scene.
-//! A load becomes the largest measured one, or [`PART_OF_CRITICAL_LOAD`] of the critical one. So the mesh is chosen for
-//! a loaded rod. Errors are those of the tables and their files, and positions in a unit that does not fit the size of
-//! the scene.
+//! measurements of the experiment are load-deflection curves and critical loads, it also sets their loads in the scene,
+//! so that the mesh is chosen for a loaded rod. A load becomes the one of the largest magnitude of its curve, or
+//! [`PART_OF_CRITICAL_LOAD`] of the critical one. Errors are those of the tables and their files, and positions in a
+//! unit that does not fit the size of the scene.
 
 use crate::error::Error;
 use crate::fit::buckling_form::BucklingForm;
@@ -72,8 +72,9 @@ impl MeasurementTables {
 const PART_OF_CRITICAL_LOAD: f64 = 0.5;
 
 /// Changes the scene of an experiment whose measurements are load-deflection curves and critical loads only; others
-/// stay. The load of a curve becomes its largest value, and a critical load [`PART_OF_CRITICAL_LOAD`] of it, so that
-/// the mesh is chosen for a loaded rod. A load that the scene cannot have is left to the check of the measurement.
+/// stay. The load of a curve becomes its value of the largest magnitude, and a critical load [`PART_OF_CRITICAL_LOAD`]
+/// of it, so that the mesh is chosen for a loaded rod. Of several measurements with the same load the last one counts.
+/// A load that the scene cannot have is not set; the check of the measurement rejects it.
 fn set_loads(experiment: &mut Experiment) {
     let of = |m: &Measurement| match (m.load_curve(), m.buckling()) {
         (Some(curve), _) => Some((curve.load, curve.largest_load())),

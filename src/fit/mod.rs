@@ -19,11 +19,9 @@
 //! evaluates plans, `field` fits lists along the rod, `validation_errors` compares without a fit, and `structure`
 //! serves scenes of several rods.
 //!
-//! `experiment`, `observe` and `identify` add experiments, measurements (to the last experiment) and parameters;
-//! `known` adds inputs, and `analyse` replaces the analyses. `on_progress` sets a callback, `stop_when` a flag that
-//! stops the fit; its report then has the best values so far. `keep_plot_data` costs further simulations.
-//! [`Fit::solve`] is the fit. `with_resolution_of` is the fit on the final meshes of its report, and `residuals` are
-//! its residuals as a function of the unknowns.
+//! [`Fit::solve`] is the fit. `stop_when` sets a flag that stops it; its report then has the best values so far.
+//! `keep_plot_data` costs further simulations. `with_resolution_of` is the fit on the final meshes of its report, and
+//! `residuals` are its residuals as a function of the unknowns.
 
 mod buckling_form;
 pub(crate) mod design;
@@ -361,8 +359,8 @@ impl Fit {
     }
 
     /// The expected uncertainty of planned or existing measurements, without a fit: standard errors, intervals and
-    /// budgets at the start values, or else at those of the scenes. It also has the standard errors with other markers,
-    /// durations and frame rates. Of existing data only the times, observed coordinates and noise are used.
+    /// budgets at the start values, or else at the values of the scenes. It also has the standard errors with other
+    /// markers, durations and frame rates. Of existing data only the times, observed coordinates and noise are used.
     ///
     /// # Errors
     ///
@@ -399,8 +397,7 @@ impl Fit {
     ///
     /// # Errors
     ///
-    /// A fit that cannot be solved, recordings that cannot be of this rod,
-    /// or no start that can be simulated.
+    /// A fit that is not valid, recordings that cannot be of this rod, or no start that can be simulated.
     pub fn solve(&self) -> Result<FitReport, Error> {
         let since = Stopwatch::start();
         self.check()?;
@@ -428,8 +425,8 @@ impl Fit {
     /// Searches the global optimum on the initial mesh, and refines and assesses it. Where a scene leaves mesh or step
     /// open, the search stops at the first optimum that explains the motion, except for rods with recorded ends. If its
     /// residuals are then not noise, the state of the search is kept, so that `refine` can complete it. `since` is the
-    /// start of the fit, for its duration. The sigmas and weights in `search` change. Errors are those of the search
-    /// and of the assessment.
+    /// start of the fit, for its duration. The sigmas and leverage weights in `search` are changed. Errors are those of
+    /// the search and of the assessment.
     fn search(
         &self,
         search: &mut Search,

@@ -7,8 +7,8 @@
 //! `fps`, Hz, plans an observation without data. With `quantity` the table is that of a sensor (`sensor_form`). Output:
 //! one [`Measurement`] per point or sensor component, each with the table's standard deviation, loss and `held_out`, in
 //! SI units. Keys that exclude each other and missing keys are errors with the key; a file that cannot be read is an
-//! error with its path, and the line if it has one. [`Sigma`] (a number, m, or columns of the file) is shared with
-//! `[[shape]]`.
+//! error with its path, and the line if it has one. The type of `sigma`, a number (m) or columns of the file
+//! ([`Sigma`]), is shared with `[[shape]]`.
 
 use crate::error::{Error, ensure};
 use crate::fit::measurement::Measurement;
@@ -32,8 +32,8 @@ pub(crate) struct ObservationForm(ObservationKeys);
 impl TryFrom<ObservationKeys> for ObservationForm {
     type Error = &'static str;
 
-    /// Checks the required keys: a file unless markers are free or the observation is planned, and a frame rate where
-    /// it is planned. The error is `missing field` with the name of the key.
+    /// Checks the required keys: `file` unless the observation is planned (`duration`) or `markers` is `"free"`, and
+    /// `fps` where it is planned. The error is `missing field` with the name of the key.
     fn try_from(form: ObservationKeys) -> Result<Self, Self::Error> {
         let is_free = matches!(form.markers, Some(MarkerSelection::Recorded(_)));
         match (&form.file, form.duration) {
@@ -74,7 +74,7 @@ pub(crate) enum ObservedPoint {
 }
 
 impl ObservedPoint {
-    /// The `observation` with this as its observed point.
+    /// The `observation` with this point, of one rod or of a structure, as its observed point.
     fn of(self, observation: Observation) -> Observation {
         match self {
             Self::OfRod(point) => observation.at(point),

@@ -3,12 +3,9 @@
 //!
 //! Input: the deserialized tables, with numbers in the unit of each parameter. Output: an [`Unknown`] (start, bounds,
 //! prior, experiments) or a [`Known`] (standard uncertainty, correlations, experiments), in the same units. Without
-//! names of experiments the list is empty, which means all. The only error here is an empty list in the file; values
-//! are checked later with the scenes. The key `fixed` is not part of the unknown: `fit::file` sets that value in the
-//! scenes instead.
-//!
-//! `ParameterForm` is the table `[[parameter]]`, `KnownForm` the table `[[known]]` with `CorrelationForm`, and
-//! `ExperimentNames` one name or a list.
+//! names of experiments their list is empty, which means all experiments. The only error here is an empty list in the
+//! file; values are checked later with the scenes. The key `fixed` is not part of the unknown: `fit::file` sets that
+//! value in the scenes instead.
 
 use crate::error::Error;
 use crate::fit::known::{Correlation, Known};

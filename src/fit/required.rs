@@ -1,14 +1,11 @@
 //! Required keys of a fit file, as a list of rules by table for messages about missing keys.
 //!
-//! Input of a rule: a table of its name, as `experiment[].shape[]` for each shape of each experiment. Output: the keys
-//! that the table must have. Most lists are fixed. A parameter needs `name`, a known input `name` and `sigma`, a field
-//! `name`, `sigma` and `length`, a prior `mean` and `sigma`, a correlation `with` and `value`. Frequencies need
-//! `sigma`, a load-deflection curve `load` and `file`, a critical load (`buckling`) `load`, `value` and `sigma`. Other
-//! lists depend on the keys that are given. An observation needs `file`, a planned one (`duration`) `fps` instead, and
-//! free markers (`markers`) need none. A shape needs `file` unless it has `at`. An experiment needs `scene`, and `name`
-//! unless it has `path` or `paths`. The file needs a `parameter`, unless it has a `field` or all experiments are held
-//! out. [`REQUIRED`] has all rules. The parser in `input::missing_keys` reports all missing keys of a file at once by
-//! them; values are not checked here.
+//! A rule returns the required keys of each table of a name, such as `experiment[].shape[]` for each shape of each
+//! experiment. Most lists are fixed; others depend on the keys that the table has. An observation needs `file`, a
+//! planned one (`duration`) `fps` instead, and free markers (`markers` is a string) need none. A shape needs `file`
+//! unless it has `at`. An experiment needs `scene`, and `name` unless it has `path` or `paths`. The file needs a
+//! `parameter`, unless it has a `field` or all `[[experiment]]` are held out. [`REQUIRED`] has all rules. The parser in
+//! `input::missing_keys` reports all missing keys of a file at once by them; values are not checked here.
 
 use crate::input::missing_keys::{Keys, Rule, always, if_there};
 

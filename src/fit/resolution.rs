@@ -3,8 +3,8 @@
 //!
 //! [`with_initial_resolution`] gives experiments the mesh and the step with which a search begins: few edges, and large
 //! steps for the recorded motion. [`refined_start`] has as input the optimum of a search with its covariance and its
-//! discretization bias: the shift of every parameter from the limit of zero edge and step size. Half of the shift, by
-//! which estimates are corrected, may remain as an error. Mesh and step are refined where this error exceeds both
+//! discretization bias: the shift of every parameter from the limit of zero edge and step size. Estimates are corrected
+//! by this shift; half of it may remain as an error. Mesh and step are refined where this error exceeds both
 //! [`MAX_ERROR_RATIO`] of a standard error and [`MAX_RELATIVE_ERROR`] of the value. They are also refined where
 //! discretization errors are a visible part of the residuals; the step also where steps were halved. Output: the
 //! refined experiments, with the optimum expected on them as the next start. It is `None` if scenes give mesh and step,
@@ -57,9 +57,9 @@ const MOST_WORK: f64 = 4e6;
 
 /// The experiments with the mesh and the step with which a search begins, where the scenes leave these open; others
 /// unchanged. The mesh has at least the edges of a first guess for the measurements, [`FIRST_EDGES`], and
-/// [`FIRST_PER_MODE`] per measured mode. The step, s, is twice the shortest rise time of the recordings over
-/// [`FIRST_STEPS`], at most one that resolves moving supports and signals. Without a rise time it is the scene's own.
-/// An error if a scene does not allow them.
+/// [`FIRST_PER_MODE`] times the highest measured mode. The step, s, is twice the shortest rise time of the recordings
+/// over [`FIRST_STEPS`], at most one that resolves moving supports and signals. Without recordings, or if any has the
+/// rise time zero, it is the scene's own. An error if a scene does not allow them.
 pub(crate) fn with_initial_resolution(
     experiments: Vec<Experiment>,
 ) -> Result<Vec<Experiment>, Error> {
@@ -226,8 +226,9 @@ pub(crate) fn refined_start(
     Ok(Some(RefinedStart { experiments, x: expected.collect() }))
 }
 
-/// The scale of the relative error of an unknown at `x`, on the scale of the fit: 1 for a logarithm. For others it is
-/// the larger of `|x|` and the typical size of the parameter in its first experiment (1 without one).
+/// The scale of the relative error of an unknown at `x`, on the scale of the fit: 1 for a positive parameter, whose
+/// scale is logarithmic. For others it is the larger of `|x|` and the typical size of the parameter in its first
+/// experiment (1 without one).
 fn value_scale(unknown: &Unknown, x: f64, search: &Search) -> f64 {
     if unknown.parameter.is_positive() {
         return 1.0;

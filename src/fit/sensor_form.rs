@@ -5,12 +5,11 @@
 //! accelerations. An angle has one component, and `rotation` turns its axes. The components of a curvature, and the
 //! `offset` of a strain, m, are along both directors of the rod, and `rotation` turns them about the tangent. Output:
 //! one [`Measurement`] per component that the file has and `axes` does not leave out, N, N m, m/s^2, rad, 1/m or part
-//! of the length, each with its tare, filter, standard deviation, loss and `held_out`. Errors have the key: an end
-//! without a support, a filter or tare that is not valid, keys of another quantity, and no component that remains. A
-//! file that cannot be read is an error with its path. [`refuse_given`] rejects keys that a table must not have.
+//! of the length, each with its tare, filter, standard deviation, loss and `held_out`.
 //!
-//! `SensorForm` are the keys of sensors in `[[observation]]`, with `TareForm` (known offsets, or `NuisanceTare` for
-//! unknown ones) and `SensorFilter`. `GivenKey` is a key and whether a table has it.
+//! Errors have the key: an end without a support, a filter or tare that is not valid, keys of another quantity, and no
+//! component that remains. A file that cannot be read is an error with its path. [`refuse_given`] rejects keys that a
+//! table must not have.
 
 use crate::error::{Error, ensure};
 use crate::fit::measurement::Measurement;
@@ -215,8 +214,9 @@ impl SensorForm {
         ensure(is_held, format!("{key}.of"), found, "an end that a support holds")
     }
 
-    /// The channel (measured quantity, place and direction) of axis `axis` (0 to 2) of the file. `direction` is that of
-    /// the axis before the rotation, which is applied here.
+    /// The channel (measured quantity, place and direction) of the component with the number `axis` (0 to 2) in the
+    /// file. `direction` is that of a component of a vector before the rotation, which is applied here; the other
+    /// quantities do not use it. The point is the tip, and the end the start of the rod, unless given.
     fn channel(&self, axis: usize, direction: [f64; 3]) -> SensorChannel {
         let point = self.point.unwrap_or(Point::Tip);
         let of = self.of.unwrap_or(End::Start);
@@ -240,7 +240,8 @@ impl SensorForm {
     }
 }
 
-/// The direction in the world of axis `axis` (0 to 2) of a file; `None` for an axis that `axes` leaves out.
+/// The direction in the world, a unit vector along a world axis, of axis `axis` (0 to 2) of a file by `axes` (without
+/// them the same axis); `None` for an axis that `axes` leaves out.
 fn world_direction(axes: Option<Axes>, axis: usize) -> Option<[f64; 3]> {
     let own: [Option<f64>; 3] = std::array::from_fn(|c| (c == axis).then_some(1.0));
     let world = axes.map_or(own, |axes| axes.to_world(own));

@@ -1,11 +1,11 @@
 //! `[[shape]]` of a fit file: its keys, and their conversion to a measured or planned shape of the rod at rest.
 //!
 //! Input: the deserialized table, and the folder that its path is relative to. The table has the CSV file of the points
-//! (read with scale, origin and direction of y), or the arc lengths `at`, m, of a planned shape. It has the standard
-//! deviation (a number, m, or columns of the file) and the loss function. The rod's name in a structure and the use as
-//! validation data are further keys. Output: a [`Measurement`]. Both or neither of file and arc lengths, and keys of a
-//! file in a plan, are errors with the key. A file that cannot be read is an error with its path, and the line if it
-//! has one.
+//! (read with scale, origin and direction of y), or the arc lengths `at`, m, of a planned shape. Further keys are the
+//! standard deviation (a number, m, or columns of the file), the loss function, the name of the rod in a structure, and
+//! the use as validation data. Output: a [`Measurement`]. Both or neither of file and arc lengths, and keys of a file
+//! in a plan, are errors with the key. A file that cannot be read is an error with its path, and the line if it has
+//! one.
 
 use crate::error::Error;
 use crate::fit::measurement::Measurement;

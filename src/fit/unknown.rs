@@ -2,17 +2,11 @@
 //!
 //! Start, bounds and prior are given in the parameter's unit, and the prior is normal in that unit. Positive parameters
 //! (stiffness, density, damping) are identified as their natural logarithm, others, and those marked `plain`, as their
-//! value ("the scale of the fit"). Steps and covariances of the search are on this scale, and bounds are converted to
-//! it, cut to the parameter's physical limits. [`Unknown::to_scale`] and [`Unknown::from_scale`] convert, and
+//! value ("the scale of the fit"). Steps and covariances of the search are on this scale. Bounds are limited to the
+//! physical limits of the parameter and converted to it. [`Unknown::to_scale`] and [`Unknown::from_scale`] convert, and
 //! [`ParameterPoint`] is a point of all unknowns on their scales. Without names of experiments an unknown belongs to
-//! all whose scene has the parameter. `prior_residual` is the residual `(value - mean)/sigma` of the prior in a fit.
-//! [`with_fixed_layouts`] prepares experiments whose mesh layout does not change with the values of their unknowns.
-//! `is_of` returns whether an unknown belongs to an experiment. `start`, `bounds` and `prior` set these in the unit of
-//! the parameter; `value` is the value at a point on the scale, and `values` are those of all unknowns. `scaled_bounds`
-//! are the converted bounds (infinite without a limit), and `values_of` the values that belong to an experiment.
-//! `slope` is the derivative of the value by its number on the scale. `typical_size` is a change on the scale that
-//! changes the motion by about its size: 1 for positive parameters, pure numbers and angles. Of others it is the length
-//! of the rod for the unit m, the duration of the records for s, and 0 for other units.
+//! all whose scene has the parameter. [`with_fixed_layouts`] prepares experiments whose mesh layout does not change
+//! with the values of their unknowns.
 
 use crate::error::Error;
 use crate::fit::measurement::experiment::{Experiment, named};
@@ -39,13 +33,14 @@ pub struct Unknown {
     pub parameter: Parameter,
     /// Start value, in the parameter's unit; `None`: the search finds one.
     pub start: Option<f64>,
-    /// Smallest and largest value, in the parameter's unit.
+    /// Smallest and largest value, in the parameter's unit; `None`: the physical limits of the parameter.
     pub bounds: Option<[f64; 2]>,
     /// Normal prior.
     pub prior: Option<Prior>,
     /// Names of the experiments with this unknown; empty: all whose scene has the parameter.
     pub experiments: Vec<String>,
-    /// On its own scale even where it is positive, for derivatives where it may be zero.
+    /// Whether the scale of the fit is the value itself even for a positive parameter, for derivatives where it may be
+    /// zero.
     pub(crate) plain: bool,
 }
 
@@ -154,7 +149,7 @@ impl Unknown {
     }
 
     /// The number on the scale of the fit of a value in the parameter's unit: its natural logarithm for positive
-    /// parameters, else the value.
+    /// parameters, else the value. Negative infinity for a positive parameter of 0.
     pub fn to_scale(&self, value: f64) -> f64 {
         if self.is_logarithm() { value.ln() } else { value }
     }
@@ -197,9 +192,9 @@ impl Unknown {
         }
     }
 
-    /// The lower and upper bound on the scale of the fit: the given bounds, cut to the physical limits of the
-    /// parameter, or else these limits. Infinite where a side is unlimited (also minus infinity for the logarithm of
-    /// zero).
+    /// The lower and upper bound on the scale of the fit: the given bounds, within the physical limits of the
+    /// parameter, or without bounds these limits. Infinite where a side is unlimited (also minus infinity for the
+    /// logarithm of zero).
     pub fn scaled_bounds(&self) -> [f64; 2] {
         // Given bounds never extend beyond the limits of the parameter.
         let [low, high] = self.parameter.limits();

@@ -1,14 +1,13 @@
 //! Validation of a fit before any simulation.
 //!
-//! Input: experiments, unknowns and analyses. [`check`] is for fits. It rejects missing data, and fewer values, priors
-//! included, than unknowns (one more if a sigma is missing). So it does with duplicate names, values of keys out of
-//! range, and parameters or points that a scene does not have. A measurement without sigma beside others needs [`FEW`]
-//! values. Starts must not make the rod too short for an observed point. [`check_predicted`] is for validation data
-//! without a fit, and [`check_recorded`] rejects planned measurements. [`Measurement::check_units`] rejects positions
-//! in a wrong unit, whose median distance from the wall exceeds [`FARTHEST`] rod lengths. Output: `Ok`, or the first
-//! [`Error::Invalid`] with the key in the fit file or the file, the value found, and the allowed values.
-//! [`measurement_key`] returns the key of a measurement in the fit file. `is_same_in_any` returns whether two unknowns
-//! are one parameter of any experiment.
+//! Input: experiments, unknowns and options of the analysis. [`check`] is for fits. It rejects missing data or
+//! unknowns, and fewer values, priors included, than unknowns (one more if a sigma is missing). It also rejects
+//! duplicate names, values of keys out of range, parameters or points that a scene does not have, and starts that make
+//! the rod too short for an observed point. A measurement without sigma beside others needs [`FEW`] values.
+//! [`check_predicted`] is for validation data without a fit, and [`check_recorded`] rejects planned measurements.
+//! [`Measurement::check_units`] rejects positions in a wrong unit, whose median distance from the wall exceeds
+//! [`FARTHEST`] rod lengths. Output: `Ok`, or the first [`Error::Invalid`] with the key in the fit file or the file,
+//! the value found, and the allowed values.
 
 use crate::error::{Error, ensure};
 use crate::fit::measurement::Measurement;
@@ -41,8 +40,9 @@ const FARTHEST: f64 = 2.5;
 
 /// Rejects a fit that cannot be solved: without fitted measurements or unknowns, or with fewer values of fitted
 /// measurements (and priors) than unknowns. If any sigma of these is not given, one more value is needed for the noise.
-/// Names of experiments, unknowns, `[analysis]`, all measurements (validation data too) and starts are checked, in this
-/// order. The first error is returned.
+/// Between these checks of the existence of data and of their number, it checks names of experiments, unknowns,
+/// `[analysis]`, and for each experiment its measurements (validation data too) and the starts. The first error is
+/// returned.
 pub(crate) fn check(
     experiments: &[Experiment],
     unknowns: &[Unknown],
@@ -79,7 +79,7 @@ pub(crate) fn check(
 
 /// Rejects values of `[analysis]` outside of their ranges: numbers of replicates (0, or 2 to [`MOST_REPLICATES`]), the
 /// index of the first one (up to [`MOST_REPLICATES`]), and the tolerance (0 to [`LARGEST_TOLERANCE`] of a standard
-/// error). Names in `plausible` must be tested effects, and their sizes positive.
+/// error). Names in `plausible` must be paths of [`OMITTED_EFFECTS`], and their sizes positive.
 fn check_analysis(analysis: &Analysis) -> Result<(), Error> {
     let Analysis { bootstrap, monte_carlo, .. } = analysis;
     for (key, replicates) in [("bootstrap", *bootstrap), ("monte_carlo", *monte_carlo)] {
@@ -156,10 +156,11 @@ fn check_unknowns(experiments: &[Experiment], unknowns: &[Unknown]) -> Result<()
     Ok(())
 }
 
-/// Rejects measurements of one experiment that cannot be compared with its scene, and measured loads that are unknowns.
-/// Rejects unknown parameters of the time scheme (`time.beta`, `time.rho_inf`) without a fixed step, frequencies of
-/// structures in space, and nodes named by index on a mesh that the program chooses. If the fit has `several`
-/// measurements, one with fewer than [`FEW`] values needs a sigma, as its noise cannot be estimated.
+/// Rejects measurements of one experiment that cannot be compared with its scene, and loads of load-deflection curves
+/// and buckling tests that are unknowns of the fit. Rejects unknown parameters of the time scheme (`time.beta`,
+/// `time.rho_inf`) without a fixed step, frequencies of structures in space, and nodes named by index on a mesh that
+/// the program chooses. If the fit has `several` measurements, one with fewer than [`FEW`] values needs a sigma, as its
+/// noise cannot be estimated.
 fn check_measurements(
     experiment: &Experiment,
     unknowns: &[Unknown],
@@ -239,8 +240,9 @@ fn check_camera(experiment: &Experiment, unknowns: &[Unknown]) -> Result<(), Err
     Ok(())
 }
 
-/// Rejects start values of the unknowns of one experiment (keys `rod.*` only) at which the rod is too short for an observed
-/// point of a motion. Starts for which no problem can be made pass; the simulation reports them.
+/// Rejects start values of the unknowns of one experiment at which an observed point of a motion is not on the rod.
+/// Only parameters `rod.*` are checked, each by itself. Starts that the scene does not allow are accepted; the
+/// simulation reports them.
 fn check_starts(experiment: &Experiment, unknowns: &[Unknown]) -> Result<(), Error> {
     let is_of_rod = |u: &Unknown| u.is_of(experiment) && u.parameter.path().starts_with("rod.");
     for (i, unknown) in unknowns.iter().enumerate().filter(|(_, u)| is_of_rod(u)) {
@@ -262,8 +264,8 @@ fn check_starts(experiment: &Experiment, unknowns: &[Unknown]) -> Result<(), Err
     Ok(())
 }
 
-/// Whether a motion, a shape or a load-deflection curve names a point by the index of a node. Markers of the recording
-/// that prescribes the ends do not count.
+/// Whether a motion, a shape or a load-deflection curve names a point by the index of a node. Motions of markers of the
+/// recording that prescribes the ends do not count.
 fn names_nodes(measurement: &Measurement) -> bool {
     let is_node = |point: Point| matches!(point, Point::Node(_));
     let of_motion = |m: &PointMotion| m.marker.is_none() && is_node(m.point);
@@ -393,9 +395,10 @@ impl Measurement {
         Err(Error::invalid(experiment.label(self), found, allowed))
     }
 
-    /// Rejects a measurement without values, sigmas and factors that are not positive, a wrong number of factors, and
-    /// values that the kind of data rejects for the problem of the experiment. `key` is that of the table in the fit
-    /// file. With `other_clock` the times may end after the motion.
+    /// Rejects a measurement without values, and a sigma or factors of it that are not positive. Factors require a
+    /// sigma, and must be one per point or one per value. Also rejects values that the kind of data does not allow for
+    /// the problem of the experiment. `key` is that of the table in the fit file. With `other_clock` (an offset of the
+    /// clock or delays of rows) the times may end after the simulated motion.
     fn check(&self, experiment: &Experiment, key: &str, other_clock: bool) -> Result<(), Error> {
         let (problem, label) = (&experiment.problem, experiment.label(self));
         ensure(self.values() > 0, key, "no values", "at least one")?;

@@ -3,9 +3,9 @@
 //!
 //! The TOML reader ignores excess numbers of an array of fixed length. [`numbers`], [`some_numbers`] (of an optional
 //! list, for which null is none) and [`rows`] (of each row of a list) return an error with both lengths instead.
-//! [`three_or_last_two`] also accepts the last two of three numbers, with zero as the first.
-//! [`or_infinite`] reads a number and [`all_or_infinite`] a list of numbers, in which a null becomes plus infinity,
-//! also that of a NaN. Fields of scenes, fits and reports name the functions in `#[serde(deserialize_with = ..)]`.
+//! [`three_or_last_two`] reads three numbers, or only the last two of them, with zero as the first. [`or_infinite`]
+//! reads a number and [`all_or_infinite`] a list of numbers, in which a null becomes plus infinity; JSON writes NaN as
+//! null too. Fields of scenes, fits and reports name the functions in `#[serde(deserialize_with = ..)]`.
 
 use serde::de::{Deserialize, Deserializer, Error};
 

@@ -1,10 +1,10 @@
 //! Messages about likely mistakes behind an input file (TOML) that cannot be parsed as its kind.
 //!
-//! [`explained`] takes the error, the text and the expected kind of file. It replaces the message of the TOML reader if
-//! the text is valid TOML with one of two mistakes. Other errors stay. First, a file without a key of its own kind, but
-//! with one of another kind (a fit instead of a scene): the message names that kind and its commands. Second,
-//! `[[table]]` for `[table]`, or the other way round: the message has its line, if the header is found. [`SCENE`],
-//! [`STRUCTURE`], [`FIT`] and [`CAMPAIGN`] are the kinds of files.
+//! [`explained`] takes the error, the text and the expected kind of file ([`SCENE`], [`STRUCTURE`], [`FIT`] or
+//! [`CAMPAIGN`]). It replaces the message of the TOML reader if the text is valid TOML with one of two mistakes. First,
+//! a file without a key of its own kind, but with one of another kind (a fit instead of a scene): the message names
+//! that kind and its commands. Second, `[[table]]` for `[table]`, or the other way round: the message has its line, if
+//! the header is found. Other errors stay.
 
 use crate::error::Error;
 use toml::{Table, Value};
@@ -13,7 +13,7 @@ use toml::{Table, Value};
 pub(crate) struct FileKind {
     /// Its name, with an article.
     name: &'static str,
-    /// Keys of this kind only, of which every file has one.
+    /// Keys at the root by which a file of this kind is recognized: every file has at least one of them.
     marks: &'static [&'static str],
     /// Commands for such files, for messages.
     commands: &'static str,
@@ -110,8 +110,8 @@ pub(crate) const CAMPAIGN: FileKind = FileKind {
 };
 
 /// The parse error with the likely mistake as its message, if `text` is valid TOML with one. `read_as` is the kind of
-/// file that was expected; a file of another kind is reported before wrong brackets. Errors other than of parsing, and
-/// other texts, are unchanged.
+/// file that was expected; a file of another kind is reported before wrong brackets. Other errors, and errors of texts
+/// without such a mistake, are unchanged.
 pub(crate) fn explained(error: Error, text: &str, read_as: &FileKind) -> Error {
     let Error::Parse { file, message } = error else { return error };
     // The text is TOML, but not of this kind: the likely mistake is clearer than the parser's
@@ -134,9 +134,9 @@ fn other_kind(table: &Table, read_as: &FileKind) -> Option<String> {
     Some(format!("this is {}, not {}; {}", other.name, read_as.name, other.commands))
 }
 
-/// Message about the first table of the kind `read_as` that is given as a list (`[[x]]` for `[x]`), or else the first
-/// list given as a table. The order is that of the lists of the kind. The message begins with the line of its header in
-/// `text`, if that is found. None without such a mistake.
+/// Message about the first table of the kind `read_as` that is given as a list (`[[x]]` for `[x]`), or else about the
+/// first list that is given as a table. The order is that of `single` and `repeated` of the kind. The message begins
+/// with the line of its header in `text`, if that is found. None without such a mistake.
 fn wrong_brackets(table: &Table, text: &str, read_as: &FileKind) -> Option<String> {
     let is_list = |value: &Value| {
         value.as_array().is_some_and(|list| !list.is_empty() && list.iter().all(Value::is_table))

@@ -1,11 +1,11 @@
 //! Parsing of TOML files with messages that list all missing keys; the TOML reader stops at the first one.
 //!
-//! [`parse`] deserializes a text. The message of an error lists the keys with a placeholder (`..`, `...`, `?`, `TODO`,
-//! without quotes) as value and their lines, if there are any. Else, if the error is a missing key, it lists all
-//! missing keys by the [`Rule`]s of the file kind ([`always`] for a required table, [`if_there`] for an optional one),
-//! or one key with the line of its table. Else it has the message of the TOML reader with line, column and the token at
-//! fault. Files of scenes, structures, fits and campaigns are read with it. [`placeholders`] lists the keys with
-//! placeholders.
+//! [`parse`] deserializes a text. The message of an error lists the keys that have a placeholder (`..`, `...`, `?`,
+//! `TODO`, without quotes) as value, with their lines, if there are any. Else, if the error is a missing key, it lists
+//! all missing keys by the [`Rule`]s of the file kind, or one key with the line of its table. Else it has the message
+//! of the TOML reader with line, column and the token at fault. A [`Rule`] has the required keys of one table, which is
+//! required itself ([`always`]) or optional ([`if_there`]). Files of scenes, structures, fits and campaigns are read
+//! with it. [`placeholders`] lists the keys with placeholders.
 
 use crate::error::Error;
 use marker_files::printable::{column_name, token, with_tokens_cut};
@@ -21,12 +21,12 @@ pub(crate) struct Rule {
     table: &'static str,
     /// Whether the table itself is required.
     always: bool,
-    /// Required keys of a given table.
+    /// Required keys of a table, which may depend on its content.
     keys: fn(&Table) -> Keys,
 }
 
-/// Rule for a required table at the path `table`: if the table itself is missing, so are its keys. `keys` returns the
-/// required keys of a given table, or of an empty one.
+/// Rule for a required table at the path `table`. `keys` returns the required keys of the given table; if the table is
+/// missing, those for an empty table are all missing.
 pub(crate) const fn always(table: &'static str, keys: fn(&Table) -> Keys) -> Rule {
     Rule { table, always: true, keys }
 }
@@ -37,8 +37,8 @@ pub(crate) const fn if_there(table: &'static str, keys: fn(&Table) -> Keys) -> R
     Rule { table, always: false, keys }
 }
 
-/// Paths of all required keys that a file does not have, in the order of the rules; of lists with the index of the
-/// entry. Empty if all are there.
+/// Paths of all keys that `rules` require and `file` does not have, in the order of the rules, such as
+/// `loads.point[0].force`. Empty if all are there.
 pub(crate) fn missing(file: &Table, rules: &[Rule]) -> Vec<String> {
     let mut missing = Vec::new();
     let none = Table::new();
@@ -85,8 +85,8 @@ fn tables<'a>(file: &'a Table, place: &str) -> Vec<(String, &'a Table)> {
     found
 }
 
-/// Byte offset in `text` at which the table begins that lacks a key, such as `experiment[1].name`. None for a key
-/// outside of tables, a table that is not found, and a text that is not TOML.
+/// Byte offset in `text` at which the table of a missing `key` begins, such as the second experiment for
+/// `experiment[1].name`. None for a key outside of tables, a table that is not found, and a text that is not TOML.
 fn place(text: &str, key: &str) -> Option<usize> {
     let (tables, _) = key.rsplit_once('.')?;
     let root = DeTable::parse(text).ok()?;
@@ -115,7 +115,9 @@ const PLACEHOLDERS: [&str; 4] = ["..", "...", "?", "TODO"];
 
 /// A key with a placeholder in the place of its value.
 struct Placeholder<'a> {
+    /// Number of the line, from 1.
     line: usize,
+    /// The key without the path of its table.
     key: &'a str,
     /// The comment behind it, which describes the value.
     comment: &'a str,
@@ -158,9 +160,9 @@ fn line_of(before: &str) -> usize {
     before.matches('\n').count() + 1
 }
 
-/// Message of the TOML reader with line, column (both from 1), and key and token at fault. Long tokens are shortened.
-/// Nothing else of the file is shown, as it may be one that only the program may read. An error without a place has its
-/// message only.
+/// Message of the TOML reader with line and column (both from 1), and the key and token at fault unless the message
+/// contains the token. Long tokens are shortened. Nothing else of the file is shown, as it may be one that only the
+/// program may read. An error without a position has its message only.
 fn described(error: &toml::de::Error, text: &str) -> String {
     // The parser quotes tokens of the file, which may be long.
     let cut = with_tokens_cut(error.message(), '"').into_owned();

@@ -3,8 +3,9 @@
 //! `arrays` deserializes lists of fixed length, and null as an infinite number. `missing_keys` parses TOML; its error
 //! messages list all placeholders, or else all missing keys. `hints` replaces the message of an error by a likely
 //! mistake, such as another kind of file. `onset` estimates the time at which a recorded motion begins. With the
-//! feature `cli` there are also table cells that spreadsheets do not compute (`text_cell`), output files that are replaced
-//! only when complete (`part_file`), and the keys of the table of a type (`table_keys`).
+//! feature `cli` there are also output files that are replaced only when complete (`part_file`), and the keys of the
+//! table that is read as a type (`table_keys`). `text_cell` (features `cli` and `page`) guards text in CSV cells
+//! against evaluation as a formula.
 
 pub(crate) mod arrays;
 pub(crate) mod hints;

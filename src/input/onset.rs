@@ -1,14 +1,13 @@
 //! Estimate of the onset of motion (release) after a rest in a recording.
 //!
-//! Input are times and positions of a point, in any units; frames without all recorded coordinates are left out. The
-//! rest is the last one before the first fast motion. It begins the recording, or is at least as long as the rise after
-//! it. Slower motion may precede it, as that of a point that is pulled aside and held. The samples around the onset
-//! follow `x = c + a max(0, t - t0)^p`, with a free `t0`. A point that is released from rest accelerates (`p = 2`);
-//! after a blow it has a velocity (`p = 1`). Behind a driven support it starts more smoothly (`p = 3, 4`). Least
-//! squares over `t0` and `p` is a change-point estimate (Hinkley 1970). It is accepted if models without rest (a cubic,
-//! or a power from the first sample) have a larger sum of squares by more than `SIGNIFICANT` residual variances.
-//! [`onset_of_motion`] returns `t0` in the unit of the times, or none without a rest before the motion, without motion
-//! above the noise, or with fewer than `FEWEST_SAMPLES` samples.
+//! Input: times and positions of a point, in any units; frames without all recorded coordinates are left out. The rest
+//! is the last one before the first fast motion. It begins the recording, or is at least as long as the rise after it.
+//! Slower motion may precede it, as that of a point that is pulled aside and held. Samples of the rest and of the
+//! beginning of the motion are fitted by `x = c + a max(0, t - t0)^p` with a free `t0`. A point that is released from
+//! rest accelerates (`p = 2`); after a blow it has a velocity (`p = 1`). Behind a driven support it starts more
+//! smoothly (`p = 3, 4`). Least squares over `t0` and `p` is a change-point estimate (Hinkley 1970). It is accepted if
+//! models without rest (a cubic, or a power from the first sample) have a larger sum of squares by more than
+//! `SIGNIFICANT` residual variances.
 
 use crate::numerics::upper_median;
 use std::collections::VecDeque;
@@ -20,36 +19,38 @@ const FEWEST_SAMPLES: usize = 8;
 const FEWEST_AT_REST: usize = 3;
 /// Largest range of positions at rest, as a fraction of the whole extent; tremor of a hand is smaller.
 const REST_EXTENT: f64 = 0.02;
-/// Largest range of the noise in a long rest, in standard deviations. Smaller values reject a noisy rest, larger ones
-/// accept slow motion.
+/// Range of positions in a noisy rest, in standard deviations of the noise. Smaller values reject a noisy rest, larger
+/// ones accept slow motion.
 const NOISE_EXTENT: f64 = 10.0;
 /// Largest range that is attributed to noise, as a fraction of the whole extent; larger values accept slow motion as
 /// rest.
 const MOST_NOISE_EXTENT: f64 = 0.2;
-/// Speed of the first fast motion, as a fraction of the highest speed. Smaller values accept an earlier, slower motion
-/// as the first one.
+/// Smallest displacement within the lag of the first fast motion, as a fraction of the largest at this lag. Smaller
+/// values accept an earlier, slower motion as the first one.
 const FAST: f64 = 0.5;
-/// Distance over which the highest speed is measured, as a fraction of the extent. Smaller distances measure noise as
-/// speed.
+/// Displacement that determines the lag of the fast motion, as a fraction of the extent. Smaller ones take noise for
+/// motion.
 const FAST_EXTENT: f64 = 0.25;
-/// Largest fitted displacement, as a fraction of that in the first fast motion; larger ones do not follow a power of
-/// time.
+/// Displacement at the end of the fit, as a fraction of the largest up to the end of the first fast motion; larger ones
+/// do not follow a power of time.
 const FITTED_PART: f64 = 0.35;
 /// Smallest number of fitted samples of the motion.
 const FEWEST_MOVING: usize = 4;
-/// Largest number of fitted samples at rest, since the point may drift long before the onset: this number, ..
+/// Largest number of fitted samples at rest, as the point may drift long before the onset: the larger of this number
+/// and [`FITTED_REST`] for each sample of the motion.
 const FITTED_AT_REST: usize = 100;
-/// .. or this number for each sample of the motion, if that is larger.
+/// Number of fitted samples at rest for each sample of the motion, where that exceeds [`FITTED_AT_REST`].
 const FITTED_REST: usize = 3;
 /// Largest number of fitted samples, for run time; of longer windows every second, third, .. sample is used.
 const MOST_FITTED: usize = 400;
-/// Candidates of the onset in each of two refinements: the window is resolved to 2 / 100 / 100 of its length.
+/// Candidates of the onset in each of two grids, the second one over two steps of the first: the window is resolved to
+/// 2e-4 of its length.
 const CANDIDATES: usize = 100;
-/// Reduction of the sum of squares against models without rest, in residual variances: four standard errors.
+/// Least reduction of the sum of squares against models without rest, in residual variances: four standard errors.
 const SIGNIFICANT: f64 = 16.0;
 
 /// Range (highest minus lowest sample) of one axis over a sliding window, in constant time per sample. Stored are
-/// indices and values of the samples that are lower, or higher, than all later ones.
+/// number and value of the samples that are lower (`lows`), or higher (`highs`), than all later ones.
 #[derive(Default)]
 struct SlidingRange {
     lows: VecDeque<(usize, f64)>,
@@ -90,7 +91,9 @@ impl SlidingRange {
 
 /// Times and positions (unit of the recording) of a point in the frames with all recorded axes.
 struct MotionSamples {
+    /// Ascending times, in the unit of the recording.
     times: Vec<f64>,
+    /// Position at each time; 0 along axes that are not recorded.
     places: Vec<[f64; 3]>,
 }
 
@@ -145,8 +148,8 @@ impl MotionSamples {
         norm([0, 1, 2].map(along))
     }
 
-    /// Standard deviation of the noise, all axes: the median (upper of two) length of the second differences over
-    /// `sqrt(6)`. Zero for fewer than three samples.
+    /// Standard deviation of the noise, of all axes together: the median (upper of two) length of the second
+    /// differences of successive samples over `sqrt(6)`. Zero for fewer than three samples.
     fn noise(&self) -> f64 {
         let second = |w: &[[f64; 3]]| {
             norm([0, 1, 2].map(|c| w[0][c] - 2.0 * w[1][c] + w[2][c])) / 6.0_f64.sqrt()
@@ -154,10 +157,10 @@ impl MotionSamples {
         upper_median(self.places.windows(3).map(second)).unwrap_or(0.0)
     }
 
-    /// First and last sample of the first fast motion; `extent` is that of all positions. The lag between both is the
-    /// smallest power of two of samples within which some displacement is at least [`FAST_EXTENT`] of the extent. The
-    /// motion is the first with at least [`FAST`] times the largest displacement at this lag. None without such a
-    /// displacement.
+    /// Indices of the first and the last sample of the first fast motion; `extent` is that of all positions. The lag
+    /// between both is the smallest power of two, in samples, at which some displacement is at least [`FAST_EXTENT`] of
+    /// the extent. The motion is the first with at least [`FAST`] times the largest displacement at this lag. None
+    /// without such a displacement.
     fn fast(&self, extent: f64) -> Option<[usize; 2]> {
         let count = self.places.len();
         // The lag doubles until a displacement of a quarter of the extent is found within it.
@@ -173,12 +176,12 @@ impl MotionSamples {
         None
     }
 
-    /// First sample of the last rest before the first fast motion, and the last sample to be fitted; none without a
-    /// rest. At rest the diagonal of the ranges of positions is at most `allowed`; `extent` is that of all positions. A
-    /// rest has at least [`FEWEST_AT_REST`] samples. It begins the recording, or lasts at least as long as the rise
-    /// from its end to the end of the fast motion. The fit ends where the displacement reaches [`FITTED_PART`] of the
-    /// largest up to there, after at least [`FEWEST_MOVING`] samples. Of a long rest only the last samples are fitted
-    /// ([`FITTED_AT_REST`], [`FITTED_REST`]).
+    /// Indices of the first sample to be fitted, in the last rest before the first fast motion, and of the last one;
+    /// none without a rest. At rest the diagonal of the ranges of positions is at most `allowed`; `extent` is that of
+    /// all positions. A rest has at least [`FEWEST_AT_REST`] samples. It begins the recording, or lasts at least as
+    /// long as the rise from its end to the end of the fast motion. The fit ends where the displacement from the rest
+    /// reaches [`FITTED_PART`] of the largest up to the end of the fast motion, after at least [`FEWEST_MOVING`]
+    /// samples. Of a long rest only the last samples are fitted ([`FITTED_AT_REST`], [`FITTED_REST`]).
     fn rest_before_motion(&self, extent: f64, allowed: f64) -> Option<(usize, usize)> {
         let [fast, end] = self.fast(extent)?;
         let mut found = None;
@@ -218,10 +221,10 @@ impl MotionSamples {
         }
     }
 
-    /// Time of the onset by least squares over a grid of [`CANDIDATES`], refined once, with the best of the powers 1
-    /// to 4. None if fewer than [`FEWEST_AT_REST`] samples lie before it, or there are too few samples. None also if a
-    /// model without rest (a power from the first sample, or a cubic) fits nearly as well, within [`SIGNIFICANT`]
-    /// residual variances.
+    /// Time of the onset by least squares over a grid of [`CANDIDATES`], refined once, with the best of the powers 1 to
+    /// 4. None with fewer than [`FEWEST_AT_REST`] plus [`FEWEST_MOVING`] samples, or fewer than [`FEWEST_AT_REST`] up
+    /// to the onset. None also if a model without rest (a power from the first sample, or a cubic) fits nearly as well,
+    /// within [`SIGNIFICANT`] residual variances.
     fn onset(&self) -> Option<f64> {
         let count = self.times.len();
         let [first, last] = [self.times[0], self.times[count - 1]];

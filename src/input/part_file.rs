@@ -2,10 +2,10 @@
 //! end.
 //!
 //! [`PartFile::beside`] creates and locks the temporary file, in the folder of the result and with its name. `persist`
-//! renames it to the result, `keep` to `NAME.XXXXXX.kept`, and dropping it removes it. It is locked while it is
-//! open. A temporary file without a lock belongs to a process that was killed; the next process that writes the same
-//! name removes it. Where the file system has no locks, such files stay. Names above `LONGEST_NAME` are replaced by
-//! `rodfit`. [`folder_of`] returns the folder of a path.
+//! renames it to the result, `keep` to `NAME.XXXXXX.kept`, and dropping it removes it. It is locked while it is open.
+//! `XXXXXX` are random letters and digits. A temporary file without a lock belongs to a process that was killed; the
+//! next process that writes the same name removes it. Where the file system has no locks, such files stay. Names longer
+//! than `LONGEST_NAME` bytes are replaced by `rodfit`. [`folder_of`] returns the folder of a path.
 
 use std::ffi::{OsStr, OsString};
 use std::fs::{File, OpenOptions};
@@ -85,7 +85,7 @@ impl Write for PartFile {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
         self.0.write(bytes)
     }
-    /// Flushes the temporary file.
+    /// Flushes the temporary file, as `File::flush`.
     fn flush(&mut self) -> io::Result<()> {
         self.0.flush()
     }

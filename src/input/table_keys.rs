@@ -1,7 +1,7 @@
 //! Keys of a table of an input file, from the type that it is deserialized as.
 //!
-//! [`table_keys`] takes the names of the fields of a struct from its deserialization (serde), and reads no value. Fields
-//! that are not part of files are left out, and renamed ones have their name in the file.
+//! [`table_keys`] takes the names of the fields of a struct from its deserialization (serde), and reads no value.
+//! Fields that are not part of files are left out, and renamed ones have their name in the file.
 
 use serde::de::value::Error;
 use serde::de::{Deserialize, Deserializer, Error as _, Visitor};
@@ -14,7 +14,7 @@ pub(crate) fn table_keys<'de, T: Deserialize<'de>>() -> &'static [&'static str] 
     keys
 }
 
-/// A source without values, which keeps the names of the fields that a struct asks for.
+/// A serde source without values, which stores the names of the fields of the struct that is read from it.
 struct KeyReader<'a>(&'a mut &'static [&'static str]);
 
 impl<'de> Deserializer<'de> for KeyReader<'_> {

@@ -2,19 +2,18 @@
 //! rod.
 //!
 //! The tangent of an open rod is a band with `W = 5` in the plane and 10 in space. [`BandMatrix`] stores it by columns,
-//! adds element blocks and multiplies it with vectors (as a [`Tangent`]); `zeros` makes it, `is_symmetric` returns
-//! whether no unsymmetric block was added, and `columns_mut` returns groups of columns to be overwritten. [`Ldlt`]
-//! factors a range of its rows and solves. The factorization takes no pivots; a pivot that is zero or not finite is an
-//! error with its row. It is backward stable for positive definite matrices. For other symmetric matrices the number of
-//! negative pivots is positive; callers check the solution by its [residual](Tangent::residual).
+//! adds element blocks and multiplies it with vectors (as a [`Tangent`]). [`Ldlt`] factors a range of its rows and
+//! solves. The factorization takes no pivots (no row exchanges); a pivot that is zero or not finite is an error with
+//! its row. It is backward stable for positive definite matrices. For other symmetric matrices the number of negative
+//! pivots is positive; callers check the solution by its [residual](Tangent::residual).
 //!
 //! Row by row, an elimination mostly waits for the previous pivot. Therefore it proceeds from both ends at once:
 //! first row, last row, second row, and so on. The ends meet in `W` or `W + 1` rows in the middle, which come last.
 //! This is `L D L^T` of the matrix with permuted rows and columns: equally stable, and with the same number of
 //! negative pivots. The numbers of both ends are adjacent in memory, so that one vector instruction processes both.
 //!
-//! Blocks that are not symmetric (follower loads) add a triangle of differences. Such a matrix has factors `L U`
-//! instead.
+//! Blocks that are not symmetric (follower loads) add a second triangle: the differences of the upper triangle from the
+//! transposed lower one (skew part). Such a matrix has factors `L U` instead.
 
 mod columns;
 mod elimination;
@@ -44,9 +43,11 @@ fn array_mut<T, const N: usize>(slice: &mut [T], start: usize) -> &mut [T; N] {
     slice[start..].first_chunk_mut().expect("the band has padding")
 }
 
-/// A matrix of half-bandwidth `W`, stored by columns from the diagonal down. It is symmetric without `skew`.
+/// A square matrix whose entries are zero more than `W` places from the diagonal, stored by columns from the diagonal
+/// down. It is symmetric where `skew` is empty.
 #[derive(Clone, Debug)]
 pub struct BandMatrix<D, const W: usize> {
+    /// The diagonal, with `W` more zeros (padding), as the other lists.
     diagonal: Vec<D>,
     /// `below[j][p]` is the entry of row `j + 1 + p`, column `j`.
     below: Vec<[D; W]>,
@@ -80,13 +81,14 @@ impl<D: Scalar, const W: usize> BandMatrix<D, W> {
         Self { diagonal, below, skew: Vec::new() }
     }
 
-    /// Whether no unsymmetric block was added.
+    /// Whether the matrix is stored as symmetric: no unsymmetric block was added since it was made, cleared or
+    /// overwritten through `columns_mut`.
     pub fn is_symmetric(&self) -> bool {
         self.skew.is_empty()
     }
 
-    /// The differences of the upper triangle from the transposed lower one, to be changed. Allocates them, as zeros, if
-    /// the matrix was symmetric.
+    /// Mutable access to the differences of the upper triangle from the transposed lower one. Allocates them, as zeros,
+    /// if the matrix was symmetric.
     fn allocated_skew(&mut self) -> &mut [[D; W]] {
         self.skew.resize(self.below.len(), [D::from(0.0); W]);
         &mut self.skew
@@ -109,18 +111,17 @@ impl<D: Scalar, const W: usize> BandMatrix<D, W> {
         self.diagonal.len() - W
     }
 
-    /// The columns in groups of `C`, by reference: a list of diagonal entries, and a list of the entries below the
-    /// diagonal (`[p]` is row `j + 1 + p` of column `j`). Some groups include the padding beyond the last column;
-    /// columns that fill no group are omitted. The matrix becomes symmetric: differences of the upper triangle are
-    /// dropped.
+    /// Mutable access to the columns in groups of `C`: the diagonal entries, and the entries below the diagonal (index
+    /// `p` is row `j + 1 + p` of column `j`). Some groups include the padding beyond the last column; columns that fill
+    /// no group are omitted. The matrix becomes symmetric: differences of the upper triangle are dropped.
     #[inline]
     pub fn columns_mut<const C: usize>(&mut self) -> (&mut [[D; C]], &mut [[[D; W]; C]]) {
         self.skew.clear();
         (self.diagonal.as_chunks_mut().0, self.below.as_chunks_mut().0)
     }
 
-    /// Adds `A x` to `out` for `G` vectors (`x[i][g]` is row `i` of vector `g`), by symmetry with one pass over the
-    /// stored half. The same as [`add_product`](Tangent::add_product) for a symmetric matrix, inlined into its caller.
+    /// Adds `A x` to `out` for `G` vectors (`x[i][g]` is row `i` of vector `g`), where `A` is the symmetric matrix of
+    /// the stored lower triangle; the skew part is left out. Reads each stored entry once. Inlined into its caller.
     #[inline(always)]
     fn add_product_inlined<const G: usize>(&self, x: &[[D; G]], out: &mut [[D; G]]) {
         let n = x.len();
@@ -177,7 +178,7 @@ impl<D: Scalar, const W: usize> Tangent<D> for BandMatrix<D, W> {
     }
 
     /// Adds the leading `size` by `size` part of the symmetric `block` to the entries from row and column `start` on.
-    /// Only its lower triangle is read. Parts of more than `W + 1` rows are not allowed.
+    /// Only its lower triangle is read. Panics if `size` is above `W + 1`.
     #[inline]
     fn add_corner<const N: usize>(&mut self, start: usize, size: usize, block: &[[D; N]; N]) {
         for c in 0..size {
@@ -278,8 +279,8 @@ impl<D: Scalar, const W: usize> Tangent<D> for BandMatrix<D, W> {
         }
     }
 
-    /// Adds `A x` to `out`, for `G` vectors (`x[i][g]` is row `i` of vector `g`); with AVX2 instructions for more than
-    /// two.
+    /// Adds `A x` to `out`, for `G` vectors (`x[i][g]` is row `i` of vector `g`), the skew part included. For more than
+    /// two vectors it uses AVX2 instructions where the processor has them.
     fn add_product<const G: usize>(&self, x: &[[D; G]], out: &mut [[D; G]]) {
         with_simd_if_wide::<_, G>(Product { matrix: self, x, out: &mut *out });
         self.add_skew_product(x, out);
@@ -328,7 +329,7 @@ impl<D: Scalar, const W: usize> Tangent<D> for BandMatrix<D, W> {
 
 impl<D: Scalar, const W: usize> UnsymmetricTangent<D> for BandMatrix<D, W> {
     /// Adds the leading `size` by `size` part of `block`, both triangles, to the entries from row and column `start`
-    /// on. Parts of more than `W + 1` rows are not allowed.
+    /// on. Panics if `size` is above `W + 1`.
     fn add_unsymmetric<const N: usize>(&mut self, start: usize, size: usize, block: &[[D; N]; N]) {
         self.add_corner(start, size, block);
         let skew = self.allocated_skew();

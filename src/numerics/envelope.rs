@@ -1,15 +1,13 @@
 //! Symmetric matrices stored by their envelope (every row from its first column with an entry to the diagonal), and
 //! their `L D L^T` factors, for the linear systems of structures.
 //!
-//! [`Envelope::zeros`] takes the first column of each row. `factor` replaces the matrix by its factors, without pivots
-//! and without entries outside the envelope (Jennings 1966, doi:10.1093/comjnl/9.3.281); a pivot that is zero or not
-//! finite is an error with its row. `solve` overwrites several right-hand sides by their solutions, and
-//! `negative_pivots` counts the negative eigenvalues, both with the factors. `order` is the number of rows, `first` the
-//! first column of a row. `get` and `for_each` read entries, zero outside the envelope. `add`, `set` (lower triangle,
-//! inside the envelope), `clear`, `add_scaled` and `set_scaled` (another matrix of the same envelope times a factor)
-//! change them. `uncouple` replaces a row and column by those of the identity. The cost is the sum of the squared
-//! lengths of the rows, so that a good order of the rows has short ones. [`reverse_cuthill_mckee`] returns such an
-//! order of the vertices from the lists of neighbors in the graph of the matrix.
+//! [`Envelope::zeros`] takes the first column of each row. `factor` replaces the matrix by its factors, without row
+//! exchanges and without entries outside the envelope (Jennings 1966, doi:10.1093/comjnl/9.3.281); a pivot that is zero
+//! or not finite is an error with its row. With the factors, `solve` overwrites several right-hand sides by their
+//! solutions, and `negative_pivots` counts the negative eigenvalues. The cost is the sum of the squared lengths of the
+//! rows, so that a good order of the rows has short ones. [`reverse_cuthill_mckee`] returns such an order of the
+//! vertices from the lists of neighbors in the graph of the matrix. Entries outside the envelope are zero and cannot be
+//! set.
 
 use crate::numerics::scalar::Scalar;
 use crate::numerics::tangent::{RightHandSide, Singular};
@@ -18,9 +16,11 @@ use std::sync::Arc;
 /// A symmetric matrix with an entry for every column from `first[i]` to `i` of each row `i`.
 #[derive(Clone, Debug)]
 pub struct Envelope<D> {
+    /// First column of each row inside the envelope.
     first: Arc<[usize]>,
-    /// Index of the entry of column 0 of each row, had it one: entry `(i, j)` is at `start[i] + j`.
+    /// Offset of each row in `entries`: entry `(i, j)` is at `start[i] + j` (with wrapping).
     start: Arc<[usize]>,
+    /// The entries of the lower triangle inside the envelope, row by row.
     entries: Vec<D>,
 }
 
@@ -190,9 +190,10 @@ impl<D: Scalar> Envelope<D> {
 }
 
 /// An order of the vertices of a graph with a small envelope: Cuthill and McKee's, reversed (George and Liu 1981).
-/// `neighbors` has the list of neighbors of each vertex. Returns the vertices in their new order. A breadth-first
-/// search, vertices with few neighbors first, runs through each connected part from a vertex with the fewest neighbors.
-/// It is repeated from its last vertex, and this second search is the order of the part before the reversal.
+/// `neighbors` has the list of neighbors of each vertex, each once. Returns the vertices in their new order. A
+/// breadth-first search, vertices with few neighbors first, runs through each connected part from a vertex with the
+/// fewest neighbors. It is repeated from its last vertex, and this second search is the order of the part before the
+/// reversal.
 pub fn reverse_cuthill_mckee(neighbors: &[Vec<usize>]) -> Vec<usize> {
     let mut order = Vec::with_capacity(neighbors.len());
     let mut seen = vec![false; neighbors.len()];

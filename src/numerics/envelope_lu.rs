@@ -1,11 +1,11 @@
 //! `L U` factors of an unsymmetric matrix with the symmetric pattern of an [envelope](Envelope): [`EnvelopeLu`].
 //!
 //! Such a matrix is a symmetric one plus a factor times 3 x 3 blocks on its diagonal ([`DiagonalBlock`]), which lie
-//! inside the envelope: that of an implicit step with rotating bodies in space. `set` copies the matrix, `factor`
+//! inside the envelope. Implicit time steps with rotating bodies in space have one. `set` copies the matrix, `factor`
 //! replaces it by `L` (unit diagonal) and `U`, and `solve` overwrites several right-hand sides by their solutions. The
-//! elimination takes no pivots and fills no entry outside the envelope. A pivot that is zero or not finite is an error
-//! with its row. No pivots are needed, since the mass matrix is positive definite, and the blocks are small beside it
-//! at reasonable steps.
+//! elimination exchanges no rows and fills no entry outside the envelope. A pivot that is zero or not finite is an
+//! error with its row. No exchanges are needed, since the mass matrix is positive definite, and the blocks are small
+//! beside it at reasonable steps.
 
 use crate::numerics::envelope::Envelope;
 use crate::numerics::rotation::Matrix3;
@@ -21,7 +21,7 @@ pub struct DiagonalBlock<D> {
     pub entries: Matrix3<D>,
 }
 
-/// Factors `L U`; `L` has a unit diagonal.
+/// An unsymmetric matrix after `set`, and its factors `L U` after `factor`; `L` has a unit diagonal.
 #[derive(Clone, Debug)]
 pub struct EnvelopeLu<D> {
     /// First column of every row, and first row of every column.
@@ -30,6 +30,7 @@ pub struct EnvelopeLu<D> {
     lower: Vec<Vec<D>>,
     /// Columns of `U` from the first row to the one before the diagonal.
     upper: Vec<Vec<D>>,
+    /// Diagonal of the matrix, or of `U` once it is factored.
     diagonal: Vec<D>,
 }
 

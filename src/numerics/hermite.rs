@@ -1,9 +1,10 @@
 //! Cubic Hermite interpolation between two time steps, from positions and velocities at both.
 //!
 //! Input: two times `t0`, `t1` and a time `t`, s, which may carry derivatives (dual numbers). Output:
-//! [`HermiteWeights`], the weights of the two positions and the two velocities. `new` has those of the position at
-//! `t`; a `t` outside of the interval is clamped to it, with unchanged derivatives of `t`. `derivative` has those of
-//! the velocity, and extrapolates there. Recorded frames between the steps of a simulation are interpolated with it.
+//! [`HermiteWeights`], the weights of the two positions and the two velocities. `new` returns those of the position at
+//! `t`; a `t` outside of the interval is clamped to it, but keeps its derivatives. `derivative` returns those of the
+//! velocity at `t`, and extrapolates outside of the interval. Recorded frames between the steps of a simulation are
+//! interpolated with it.
 
 use crate::numerics::scalar::Scalar;
 

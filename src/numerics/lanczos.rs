@@ -1,18 +1,19 @@
 //! The Lanczos method (1950) for symmetric positive semidefinite matrices that are given by products with vectors.
 //!
 //! Input: a vector `b`, and products with the matrix `A`, which the caller computes: [`Lanczos::next`] returns the
-//! vector to be multiplied, or none at the end, and [`Lanczos::extend`] takes the product. After `k` products there are
-//! an orthonormal basis `Q` of the Krylov space of `b`, and the tridiagonal matrix `T = Q' A Q`. Output: eigenvalues of
-//! `T` ([`Lanczos::ritz_pairs`]: Ritz values, descending, each with vector and error bound), which approximate the
-//! largest ones of `A`. [`Lanczos::solve`] returns `Q (T + shift)^-1 Q' b`, with `b` scaled to a given length: the
-//! approximate solution of `(A + shift) x = b` for any shift without further products, with the norm of its residual.
-//! This solution is zero before the first product, and if `T + shift` is not positive definite. Fits of many parameters
-//! (fields along the rod) use it for steps and uncertainties, with one forward and one adjoint run for each product.
+//! vector to be multiplied by `A`, or none at the end, and [`Lanczos::extend`] takes the product. After `k` products
+//! there are an orthonormal basis `Q` of the Krylov space of `b`, and the tridiagonal matrix `T = Q' A Q`. Output:
+//! eigenvalues of `T` ([`Lanczos::ritz_pairs`]: Ritz values, descending, each with vector and error bound), which
+//! approximate the largest ones of `A`. [`Lanczos::solve`] returns `Q (T + shift)^-1 Q' b`, with `b` scaled to a given
+//! length: the approximate solution of `(A + shift) x = b` for any shift without further products, with the norm of its
+//! residual. This solution is zero before the first product, and if `T + shift` is not positive definite. Fits of many
+//! parameters (fields along the rod) use it for steps and uncertainties, with one forward and one adjoint run for each
+//! product.
 
 use crate::numerics::total_order;
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
-/// Norm of the remainder of a product, relative to the largest norm of the products and of the start vector, below
+/// Norm of the remainder of a product, relative to the largest norm of the products and of the start vector, up to
 /// which it consists of rounding errors.
 const BREAKDOWN: f64 = 1e-12;
 
@@ -109,7 +110,7 @@ impl Lanczos {
         })
     }
 
-    /// The vector `Q c` with these coordinates `c` in the Krylov basis; missing coordinates count zero.
+    /// The vector `Q c` with the `coordinates` `c` in the Krylov basis; missing coordinates count as zero.
     fn combination(&self, coordinates: impl IntoIterator<Item = f64>) -> Vec<f64> {
         let mut sum = DVector::zeros(self.next.len());
         for (coordinate, vector) in coordinates.into_iter().zip(&self.basis) {
@@ -135,8 +136,9 @@ impl Lanczos {
         }
     }
 
-    /// Approximate eigenpairs of `A` from the eigenvalues and eigenvectors of `T`, as many as products (at least one),
-    /// by descending eigenvalues. Each has a bound of its distance to the nearest eigenvalue.
+    /// Approximate eigenpairs of `A` from the eigenvalues and eigenvectors of `T`, one per product, by descending
+    /// eigenvalues. Each has a bound of its distance to the nearest eigenvalue of `A`. At least one product is
+    /// required.
     pub fn ritz_pairs(&self) -> Vec<RitzPair> {
         let SymmetricEigen { eigenvalues, eigenvectors } = SymmetricEigen::new(self.projection());
         let mut order: Vec<usize> = (0..eigenvalues.len()).collect();

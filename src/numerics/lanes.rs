@@ -2,9 +2,9 @@
 //! parameters.
 //!
 //! Lanes are added, subtracted, and multiplied by one `f64`; products of two `Lanes` do not exist. [`dot`] is the sum
-//! of `N` `Lanes` with `N` numbers as weights. [`all`] returns the values of all lanes, or None if one is missing.
-//! The compiler maps the loops to SIMD instructions; results are bitwise those of scalar arithmetic. Forward
-//! sensitivities of several parameters are propagated with it.
+//! of `N` `Lanes` with `N` numbers as weights. [`all`] converts an array of options to one of values, or `None` if one
+//! is missing. The compiler maps the loops to SIMD instructions; results are bitwise those of scalar arithmetic.
+//! Forward sensitivities of several parameters are propagated with it.
 
 use std::ops::{Add, AddAssign, Mul, Sub, SubAssign};
 
@@ -25,7 +25,7 @@ impl<const G: usize> From<f64> for Lanes<G> {
     }
 }
 
-/// Implements binary operators of `Lanes`, lane by lane, by the assignment operator of one number.
+/// Implements binary operators of `Lanes`, lane by lane, by the assignment operator of `f64`.
 macro_rules! elementwise {
     ($($Operator:ident<$Other:ty> $name:ident, $g:ident $other:ident -> $value:expr, $assign:tt;)*) => {$(
         impl<const G: usize> $Operator<$Other> for Lanes<G> {
@@ -72,7 +72,7 @@ impl<const G: usize> SubAssign for Lanes<G> {
     }
 }
 
-/// The scalar product `a . b` of `N` numbers and `N` groups of lanes: the sum of `a[i] b[i]`, in each lane.
+/// The sum of `a[i] b[i]` over `N` numbers `a` and `N` groups of lanes `b`, lane by lane.
 #[inline(always)]
 pub fn dot<const G: usize, const N: usize>(a: &[f64; N], b: &[Lanes<G>; N]) -> Lanes<G> {
     let mut sum = b[0] * a[0];

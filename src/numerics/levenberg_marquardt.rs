@@ -2,15 +2,18 @@
 //!
 //! The problem implements argmin's `Operator` (the residuals `r`) and `Jacobian`; bounds of the unknowns are given to
 //! [`LevenbergMarquardt`]. [`LevenbergMarquardt::longest_steps`] limits the change of each unknown in one iteration
-//! (default: unlimited). Output: the state with iterate, Jacobian, residuals and cost. The search converges if the
-//! Gauss-Newton step within the bounds changes no unknown by more than `step_tolerance`, or the linear model by at most
-//! `noise_tolerance` standard deviations of the residuals. A short step of at most `last_step` standard errors (default
-//! 0), whose extrapolated model error is below `noise_tolerance`, ends it too. It is not evaluated: residuals and cost
-//! are then those of the linear model, and the Jacobian is that of the iterate before. The damping is scaled by the
-//! column norms of the Jacobian (Marquardt 1963) with a decaying maximum of earlier norms (More 1978), so that it does
-//! not depend on units. It follows the gain ratio of the last step (Nielsen 1999). A trial point is rejected if it
-//! achieves at most `LEAST_GAIN` of the predicted decrease, if the problem returns an error, or if an unknown loses its
-//! effect: plateaus have no minimum.
+//! (default: unlimited). Output: the state with iterate, Jacobian, residuals and cost.
+//!
+//! The search converges if the Gauss-Newton step within the bounds changes no unknown by more than `step_tolerance`, or
+//! the linear model by at most `noise_tolerance` standard deviations of the residuals. A short step that changes the
+//! linear model by at most `last_step` (default 0) of these, and whose extrapolated model error is below
+//! `noise_tolerance`, ends it too. That step is not evaluated: residuals and cost are then those of the linear model,
+//! and the Jacobian is that of the iterate before.
+//!
+//! The damping is scaled by the column norms of the Jacobian (Marquardt 1963) with a decaying maximum of earlier norms
+//! (More 1978), so that it does not depend on units. It follows the gain ratio of the last step (Nielsen 1999). A trial
+//! point is rejected if it achieves at most `LEAST_GAIN` of the predicted decrease, if the problem returns an error, or
+//! if an unknown loses its effect: plateaus have no minimum.
 //!
 //! Rounding errors of the cost hide small changes of the model. A Gauss-Newton step that changes it by at most
 //! `COST_RESOLUTION` of the norm of the residuals is accepted even if the cost rises by less than 1e-8 of it. Its
@@ -36,34 +39,39 @@ use argmin::core::{
 /// The state of a least-squares problem in argmin: iterate, Jacobian, residuals and cost.
 pub type LeastSquaresState = IterState<Vec<f64>, (), Vec<Vec<f64>>, (), Vec<f64>, f64>;
 
-/// The solver. It converges when a Gauss-Newton step would change no unknown by more than `step_tolerance`, or the
-/// model by less than `noise_tolerance` of the residuals' standard deviation, or when rounding errors stop it. With
-/// both tolerances zero only rounding errors do.
+/// The solver, with its settings and the state of the damping. It converges when a Gauss-Newton step would change no
+/// unknown by more than `step_tolerance`, or the linear model by at most `noise_tolerance` standard deviations of the
+/// residuals, or when rounding errors stop it. With both tolerances zero only rounding errors do.
 #[derive(Clone, Debug)]
 pub struct LevenbergMarquardt {
+    /// Lower and upper bound of each unknown.
     bounds: Vec<[f64; 2]>,
+    /// Largest change of each unknown in one iteration.
     longest_steps: Vec<f64>,
     step_tolerance: f64,
     noise_tolerance: f64,
     last_step: f64,
+    /// Damping of the next trial, relative to the squared scales.
     damping: f64,
     /// Factor of the next increase of the damping; it doubles with every rejected step.
     growth: f64,
-    /// Norms of the Jacobian's columns, or decaying larger ones of earlier iterates.
+    /// Scale of each unknown in the damping: the norm of its column of the Jacobian, or the decayed scale before if
+    /// that is larger.
     scale: Vec<f64>,
-    /// Norm of the model's change by the last Gauss-Newton step that was accepted without a test of its cost.
+    /// Norm of the change of the linear model by the last accepted Gauss-Newton step below the resolution of the cost.
     last_change: f64,
     /// The error of the linear model in the last accepted step.
     model_error: Option<ModelError>,
     /// Number of steps with a negligible decrease after which the search ends.
     patience: usize,
-    /// Number of the last steps with a negligible decrease, since a longer step was rejected.
+    /// Number of successive accepted steps with a negligible decrease, the first of them after a rejection.
     negligible_steps: usize,
 }
 
 /// Error of the linear model in a step: it is proportional to the square of the step's length.
 #[derive(Clone, Debug)]
 struct ModelError {
+    /// The step, one number per unknown.
     step: Vec<f64>,
     /// Norm of the difference between the change of the residuals and that of the model.
     norm: f64,
@@ -75,7 +83,7 @@ const FIRST_DAMPING: f64 = 1e-4;
 const LEAST_DAMPING: f64 = 1e-15;
 /// Smallest damping from which an increase starts, so that a nearly undamped search needs few rejections.
 const LEAST_RAISED_DAMPING: f64 = 1e-6;
-/// Above this damping a step is too short to change anything.
+/// Damping from which on a step is too short to change anything; the search for a step ends there.
 const LARGEST_DAMPING: f64 = 1e20;
 /// Damping of a Gauss-Newton step: enough to define the step along combinations that the data do not determine.
 const NO_DAMPING: f64 = 1e-16;
@@ -101,13 +109,14 @@ const MANY_UNKNOWNS: usize = 8;
 const CORNER_TOLERANCE: f64 = 0.5;
 /// Smallest fraction of its effect (column norm of the Jacobian) that every unknown must keep in a step.
 const LEAST_EFFECT: f64 = 1e-6;
-/// Changes of the model below this fraction of the norm of the residuals are hidden by rounding errors of the cost.
+/// Changes of the linear model up to this fraction of the norm of the residuals are hidden by rounding errors of the
+/// cost.
 const COST_RESOLUTION: f64 = 3e-5;
 /// Predicted decreases below this part of the cost are rounding errors of it.
 const COST_ROUNDING: f64 = 1e-12;
 
-/// Largest ratio of the model's change to that of the previous undamped step; steps below the resolution of the cost
-/// must shrink at least this fast. Values near 1 allow many steps that only exchange rounding errors.
+/// Ratio of the change of the linear model by a step below the resolution of the cost to that by the last such step,
+/// below which it is taken. Values near 1 allow many steps that only exchange rounding errors.
 const LARGEST_CHANGE_RATIO: f64 = 0.95;
 
 /// Default of the largest Gauss-Newton step that counts as zero, in the unit of the unknowns.
@@ -186,17 +195,18 @@ impl LevenbergMarquardt {
         Self { noise_tolerance, ..self }
     }
 
-    /// Sets the part of a standard error below which the last step is taken without evaluating its result; default 0.
-    /// The error of the linear model is proportional to the square of the step. Extrapolated from the step before, it
-    /// must be below the noise tolerance. At a corner of the misfit, a decrease below that of such a step ends the
-    /// search (see the module). Data without noise have no standard errors and are fitted to rounding.
+    /// Sets the change of the linear model, in standard deviations of the residuals (standard errors), up to which the
+    /// last step is taken without evaluating its result; default 0. The error of the linear model is proportional to
+    /// the square of the step. Extrapolated from the step before, it must be below the noise tolerance. At a corner of
+    /// the misfit, a decrease below that of such a step ends the search (see the module). Data without noise have no
+    /// standard errors and are fitted to rounding.
     pub fn last_step(self, last_step: f64) -> Self {
         Self { last_step, ..self }
     }
 
     /// Sets the number of consecutive shortened steps with a negligible decrease (below that of a step of `last_step`
-    /// standard errors) after which the search ends; default: unlimited. A misfit with a corner at its minimum stops
-    /// all steps, and so does one with jumps for other reasons.
+    /// standard errors) after which the search ends; default: unlimited. At a corner of the misfit, and where it has
+    /// jumps, steps with such decreases may go on without end.
     pub fn patience(self, patience: usize) -> Self {
         Self { patience, ..self }
     }

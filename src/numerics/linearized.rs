@@ -1,14 +1,13 @@
 //! The bounded, damped linear least-squares problem of a Levenberg-Marquardt step.
 //!
 //! Input: residuals `r`, rows of their Jacobian `J`, the iterate `x` and its bounds. Unknowns at a bound whose descent
-//! points outward are held. [`Linearized::step`] minimizes `|r + J s|^2 + damping |D s|^2` by QR factorization, with
-//! the diagonal scale `D`. Unknowns that leave their bounds stop there, and the others are solved for again. A bounded
-//! step that changes `J s` by more than the unbounded one is repeated with `DAMPING_FACTOR` times the damping, unless
-//! the damping was above `LARGEST_RETRIED_DAMPING`. Output: [`BoundedStep`], the step `s` and the norm of `J s`; None
-//! if a step is not finite. `predicted` returns the decrease of the cost `|r|^2/2` that the linear model predicts for a
-//! step. `least_kept_effect` divides the column norms of `J` at another point by those at `x`; it returns the smallest
-//! of these ratios over the largest, one number for all free unknowns. [`half_sum_of_squares`] is the cost, and
-//! [`column_norms`] are the norms of the columns of a matrix of rows.
+//! points outward are held. [`Linearized::step`] minimizes `|r + J s|^2 + damping |D s|^2` over the step `s` by QR
+//! factorization, with the diagonal scale `D`. Unknowns that leave their bounds stop there, and the others are solved
+//! for again. A bounded step whose change `J s` has a larger norm than that of the unbounded one is repeated with
+//! `DAMPING_FACTOR` times the damping, unless the damping was above `LARGEST_RETRIED_DAMPING`. Output: [`BoundedStep`],
+//! the step `s` and the norm of `J s`; None if a step is not finite. `predicted` returns the decrease of the cost
+//! `|r|^2/2` that the linear model predicts for a step. `least_kept_effect` returns how much of its effect the weakest
+//! unknown keeps at another point.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -26,13 +25,13 @@ pub(crate) fn half_sum_of_squares(residuals: &[f64]) -> f64 {
     0.5 * residuals.iter().map(|r| r * r).sum::<f64>()
 }
 
-/// `|r + J step|^2` around an iterate, reduced to the free unknowns by QR factorization.
+/// The linear model `r + J step` around an iterate, reduced to the free unknowns by QR factorization.
 pub(crate) struct Linearized {
     /// Unknowns that are not held at a bound.
     free: Vec<usize>,
-    /// Upper triangle of the QR factors of the free columns.
+    /// Upper triangle `R` of the QR factorization of the free columns of `J`.
     r: DMatrix<f64>,
-    /// First rows of `Q' r`.
+    /// First rows of `Q' r`, one per free unknown.
     qtr: DVector<f64>,
     /// Norms of all columns of `J`.
     pub norms: Vec<f64>,
@@ -44,7 +43,7 @@ pub(crate) struct BoundedStep {
     pub step: Vec<f64>,
     /// Norm of `J step`, the change of the linear model.
     pub change: f64,
-    /// Norm of the change by the minimizing step without bounds.
+    /// Norm of `J s` of the minimizing step `s` without bounds.
     unbounded_change: f64,
 }
 
@@ -77,9 +76,9 @@ impl Linearized {
     /// minimized again.
     ///
     /// Along combinations without an effect on the data, rounding errors determine the step. They may move several
-    /// unknowns to bounds at once, and the others cannot compensate. A bounded step that changes the model by more than
-    /// the unbounded one is such a step; it is computed again with [`DAMPING_FACTOR`] times the damping, up to
-    /// [`LARGEST_RETRIED_DAMPING`].
+    /// unknowns to bounds at once, and the others cannot compensate. A bounded step that changes the linear model by
+    /// more (norm of `J step`) than the unbounded one is such a step; it is computed again with [`DAMPING_FACTOR`]
+    /// times the damping, up to [`LARGEST_RETRIED_DAMPING`].
     pub fn step(
         &self,
         x: &[f64],
@@ -186,7 +185,7 @@ impl Linearized {
 
     /// The smallest over the largest ratio, among the free unknowns, of a column norm of the Jacobian at another point,
     /// with these `rows`, to that at the iterate. It is near zero if one unknown alone loses its effect on the
-    /// residuals; 1 if all do, or none has an effect.
+    /// residuals; 1 if all keep the same part, all lose it, or none has an effect.
     pub fn least_kept_effect(&self, rows: &[Vec<f64>]) -> f64 {
         let norms = column_norms(rows, self.norms.len());
         let had_effect = self.free.iter().filter(|j| self.norms[**j] > 0.0);
@@ -196,7 +195,7 @@ impl Linearized {
     }
 }
 
-/// Euclidean norms of the `n` columns of a matrix of rows.
+/// Euclidean norms of the first `n` columns of a matrix of `rows`; zeros without rows.
 pub(crate) fn column_norms(rows: &[Vec<f64>], n: usize) -> Vec<f64> {
     (0..n).map(|j| rows.iter().map(|row| row[j] * row[j]).sum::<f64>().sqrt()).collect()
 }

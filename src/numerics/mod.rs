@@ -3,13 +3,13 @@
 //! Numbers: the trait [`Scalar`](scalar::Scalar) (`scalar`), SIMD vectors of `f64` (`simd`, `trigonometry`), numbers
 //! with operations as function calls (`out_of_line`), arrays of numbers (`lanes`), error bounds of derivatives
 //! (`term_bound`) and their common `operators`. Also the function `phi_1` (`phi_function`), vectors of three
-//! components, and `rotation`s. Symmetric matrices: the traits of `tangent`, `banded` and `envelope` storage with `L D
-//! L^T` factors, `prescribed_dofs`, and the `lanczos` method. Matrices that are not symmetric: `envelope_lu` with `L U`
-//! factors. Signals: `hermite` interpolation in time, power spectra (`spectrum`), and noise estimates (`noise_scale`).
-//! Nonlinear least squares: `levenberg_marquardt`, with the step of `linearized`. This file itself has `total_order`,
-//! an integer with the order of floating-point numbers. Of an even number of values, `upper_median` is the larger
-//! middle one (None without values), and `median` the mean of both (0 without values). Norms of the columns of a matrix
-//! (`column_norms`) and half the sum of squares are from `linearized`.
+//! components, and `rotation`s. Symmetric matrices: the traits of `tangent`, `banded` and `envelope` storage with
+//! `L D L^T` factors, `prescribed_dofs`, and the `lanczos` method. Matrices that are not symmetric: `envelope_lu` with
+//! `L U` factors. Signals: `hermite` interpolation in time, power spectra (`spectrum`), and noise estimates
+//! (`noise_scale`). Nonlinear least squares: `levenberg_marquardt`, with the step of `linearized`. This file itself has
+//! `total_order`, an integer with the order of floating-point numbers, and two medians. Of an even number of values,
+//! `upper_median` is the larger of the two middle ones (`None` without values), and `median` their mean (0 without
+//! values).
 
 pub mod banded;
 pub mod envelope;
@@ -36,8 +36,8 @@ pub mod vector;
 
 pub(crate) use linearized::{column_norms, half_sum_of_squares};
 
-/// An integer with the order of [`f64::total_cmp`], NaN included: `x` comes before `y` if its integer is smaller. Lists
-/// that are sorted by it with `sort_by_cached_key` share one compiled sort.
+/// An integer for `x` such that integers are ordered as the numbers by [`f64::total_cmp`], NaN included. Lists that are
+/// sorted by it with `sort_by_cached_key` share one compiled sort.
 pub fn total_order(x: f64) -> i64 {
     let bits = x.to_bits().cast_signed();
     // Larger sizes of negative numbers come first: all bits but their sign are inverted.

@@ -1,23 +1,24 @@
 //! Standard deviation of white noise on a sampled smooth signal, from differences of the samples.
 //!
-//! A divided difference of order `m` annihilates polynomials of degree `m - 1`. With weights `c` of length one its
-//! square has the expectation `sigma^2` for white noise, at any sampling times, plus the leakage of the signal:
+//! A divided difference of order `m` annihilates polynomials of degree `m - 1`. With weights `c` of Euclidean norm one
+//! its square has the expectation `sigma^2` for white noise, at any sampling times, plus the leakage of the signal:
 //! `A^2/2 (2 sin(w h/2))^(2m) / binom(2m, m)` for a wave of amplitude `A`, frequency `w` and step `h`. The estimate
 //!
 //! ```text
 //! s^2 = sum (c.x)^2/n,   degrees of freedom tr(A)^2/tr(A^2),   A = sum c c'/n
 //! ```
 //!
-//! is that of the lowest of the orders 2 to 6 that the next one does not significantly lower (von Neumann 1941; Gasser,
-//! Sroka and Jennen-Steinmetz 1986). If the highest order still lowers it, the estimate is marked as an upper bound.
-//! Autocorrelated noise lowers it: AR(1) of 0.3, 0.8, 0.95 between neighbors to 0.83, 0.35, 0.18 of the truth. A
-//! comparison with every second sample reveals strong autocorrelation and smoothing. An effect that the model of a fit
-//! lacks has no part in it. [`NoisySeries::noise`] returns the estimate in the unit of the values, for a sample of
-//! relative standard deviation one, or the reason why there is none. Reasons are constant values, fewer than
-//! [`FEWEST_DIFFERENCES`] differences, a share of outliers above `MOST_OUTLIERS`, or autocorrelation (with a lower
-//! bound). Excluded samples, repeated frames and outliers are left out before (`samples`). `quantization_step` returns
-//! the lattice step of rounded values, None without one or for at most `COINCIDENT_DIFFERENCES` differences. Fits use
-//! the estimate as the noise of recordings.
+//! over `n` differences is that of the lowest of the orders 2 to 6 that the next one does not significantly lower (von
+//! Neumann 1941; Gasser, Sroka and Jennen-Steinmetz 1986). If the highest order still lowers it, the estimate is marked
+//! as an upper bound. Autocorrelated noise lowers it: AR(1) of 0.3, 0.8, 0.95 between neighbors to 0.83, 0.35, 0.18 of
+//! the truth. A comparison with every second sample reveals strong autocorrelation and smoothing. An effect that the
+//! model of a fit lacks has no part in it.
+//!
+//! [`NoisySeries::noise`] returns the estimate in the unit of the values, for a sample with the factor 1, or the reason
+//! why there is none. Reasons are constant values, fewer than [`FEWEST_DIFFERENCES`] differences, a part of outliers
+//! above `MOST_OUTLIERS`, or autocorrelation (with a lower bound). Excluded samples, repeated frames and outliers are
+//! left out before (`samples`). `quantization_step` returns the step of values that were rounded to multiples of it.
+//! Fits use the estimate as the noise of recordings.
 
 mod samples;
 #[cfg(test)]
@@ -30,13 +31,13 @@ use crate::numerics::noise_scale::samples::NoiseSamples;
 const ORDERS: std::ops::RangeInclusive<usize> = 2..=6;
 /// The highest of these orders.
 const HIGHEST_ORDER: usize = 6;
-/// Number of differences below which the standard deviation of the estimate exceeds a third of it.
+/// Fewest differences for an estimate: with fewer its standard deviation exceeds a third of it.
 pub const FEWEST_DIFFERENCES: usize = 20;
-/// Share of outliers above which the remaining differences are too few and too contaminated. A tenth is accepted; the
-/// margin is the error of the count in a hundred samples.
+/// Part of the samples that are outliers above which there is no estimate: the remaining differences are too few and
+/// too contaminated. A tenth is accepted; the margin is the error of the count in a hundred samples.
 const MOST_OUTLIERS: f64 = 0.12;
-/// An order is sufficient if the next one lowers the variance by less than this many standard errors of the
-/// difference of the two.
+/// An order is sufficient if the next one lowers the variance by at most this many standard errors of the difference of
+/// the two.
 const SIGNIFICANT_DECREASE: f64 = 1.0;
 /// Noise is autocorrelated if the estimate from every second sample exceeds that from all by this many standard errors
 /// of independent estimates. Both share samples, so that white noise is above it in one of 100 series.
@@ -56,13 +57,13 @@ const COINCIDENT_DIFFERENCES: usize = 3;
 /// One coordinate of a recording.
 #[derive(Clone, Copy)]
 pub struct NoisySeries<'a> {
-    /// Ascending, s.
+    /// Times of the samples, ascending, s.
     pub times: &'a [f64],
     /// Samples of a signal with noise.
     pub values: &'a [f64],
-    /// Relative standard deviation of each sample; all one where empty.
+    /// Standard deviation of each sample over the estimated one; all one where empty.
     pub factors: &'a [f64],
-    /// Samples that a fit down-weights; none where empty.
+    /// Whether each sample is left out, as those that a fit down-weights; none is where empty.
     pub excluded: &'a [bool],
 }
 
@@ -86,9 +87,9 @@ pub enum NoEstimate {
     Constant,
     /// Too few usable differences: their number.
     Few(usize),
-    /// Too many outliers: their share of the samples.
+    /// Too many outliers: the part of the samples that are.
     Outliers(f64),
-    /// The estimate from every second sample is `ratio` times that of all: the noise is autocorrelated or smoothed.
+    /// The estimate from every second sample is `ratio` times that from all: the noise is autocorrelated or smoothed.
     Oversampled {
         /// Ratio of the two estimates.
         ratio: f64,
@@ -140,8 +141,8 @@ impl NoisySeries<'_> {
         })
     }
 
-    /// The samples without excluded ones and repeated frames, outliers marked. An error if there are none, if all have
-    /// the same value, or if the share of outliers is above [`MOST_OUTLIERS`].
+    /// The samples without excluded ones and repeated frames, with outliers marked. Error: there are no samples, all
+    /// have the same value, or the part of outliers is above [`MOST_OUTLIERS`].
     fn usable(&self) -> Result<NoiseSamples, NoEstimate> {
         let mut samples = NoiseSamples::new(self);
         let Some(first) = samples.values.first() else { return Err(NoEstimate::Few(0)) };
@@ -178,8 +179,7 @@ pub fn quantization_step(values: &[f64]) -> Option<f64> {
 }
 
 /// Number, mean square and degrees of freedom `tr(A)^2/tr(A^2)` of the normalized differences of an order over every
-/// `stride`-th sample. Differences across gaps or outliers are not counted. All differences, from every first sample,
-/// are used.
+/// `stride`-th sample. A difference begins at each sample; those across gaps or outliers are not counted.
 fn differences(samples: &NoiseSamples, order: usize, stride: usize) -> DifferenceVariance {
     let all: Vec<Option<(f64, [f64; HIGHEST_ORDER + 1])>> =
         (0..samples.values.len()).map(|first| samples.difference(first, order, stride)).collect();
@@ -204,8 +204,8 @@ fn differences(samples: &NoiseSamples, order: usize, stride: usize) -> Differenc
     }
 }
 
-/// Index in the list, by ascending orders, of the first variance that the next one is not significantly below
-/// ([`SIGNIFICANT_DECREASE`] standard errors), else of the last one. `None` for an empty list.
+/// Index in the list, which is in ascending orders, of the first variance that the next one does not significantly
+/// lower (by more than [`SIGNIFICANT_DECREASE`] standard errors), else of the last one. `None` for an empty list.
 fn sufficient_order(all: &[DifferenceVariance]) -> Option<usize> {
     let falls = |pair: &[DifferenceVariance]| {
         let [this, next] = pair else { return false };
@@ -219,9 +219,9 @@ fn sufficient_order(all: &[DifferenceVariance]) -> Option<usize> {
 }
 
 /// Ratio of the standard deviation from every second sample (`thinned`) to that from all, at the sufficient order of
-/// the thinned differences. `None` if its logarithm is below [`OVERSAMPLING_LEVEL`] standard errors, or if a list has
-/// no such order. Also if the signal leaks: the order is the last one, with a variance below [`LEAKAGE_DECREASE`] of
-/// the one before.
+/// the thinned differences. `None` if its logarithm is at most [`OVERSAMPLING_LEVEL`] standard errors, or if a list
+/// does not have that order. `None` also if the signal leaks: the order is the last one, with a variance below
+/// [`LEAKAGE_DECREASE`] of the one before.
 fn oversampling(all: &[DifferenceVariance], thinned: &[DifferenceVariance]) -> Option<f64> {
     let chosen = sufficient_order(thinned)?;
     let (thin, full) = (&thinned[chosen], all.get(chosen)?);

@@ -33,13 +33,13 @@ macro_rules! derived_operators {
             }
         }
         impl<$($parameters)*> PartialEq<f64> for $Number {
-            /// Whether the number equals the `f64` in this comparison.
+            /// Whether the comparison of the number with the `f64` returns `Equal`; derivatives do not matter.
             fn eq(&self, other: &f64) -> bool {
                 *self == Self::from(*other)
             }
         }
         impl<$($parameters)*> PartialOrd<f64> for $Number {
-            /// The order of the number and the `f64`.
+            /// The order of the number and the `f64`, by the comparison of the type; derivatives do not matter.
             fn partial_cmp(&self, other: &f64) -> Option<std::cmp::Ordering> {
                 self.partial_cmp(&Self::from(*other))
             }

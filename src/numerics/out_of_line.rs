@@ -2,8 +2,9 @@
 //!
 //! With many derivatives per number, inlined operations expand a formula to thousands of instructions. Formulas that
 //! are not time-critical are evaluated with [`OutOfLine`] numbers, which keeps the compiled program small. Value and
-//! derivatives are bitwise those of the number inside. The file also implements `Nestable` for the dual numbers of
-//! rods: sweeps along a rod are inlined for one derivative, and out of line for several.
+//! derivatives are bitwise those of the number inside. The file also implements `Nestable` for the dual numbers that
+//! rods are computed with: sweeps along a rod are inlined for dual numbers with one derivative, and out of line for
+//! those with several.
 
 use crate::numerics::operators::derived_operators;
 use crate::numerics::scalar::{ForEachScalar, Nestable, Scalar, SimdScalar, Sweep};
@@ -71,7 +72,7 @@ impl<D: Scalar> Neg for OutOfLine<D> {
 }
 
 impl<D: Scalar> PartialOrd for OutOfLine<D> {
-    /// The order of the values.
+    /// The order of the values; derivatives do not matter. None if one is NaN.
     fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
         self.0.partial_cmp(&other.0)
     }
@@ -148,11 +149,12 @@ impl<D: Scalar> SimdScalar<D> for OutOfLine<D> {
 macro_rules! nestable {
     ($($scalar:ty: $instance:ident, $sweeps:ty, $components:expr;)*) => {
         $(impl Nestable for $scalar {
-            /// The instance of `all` for this scalar.
+            /// The instance of `all`, such as a user-defined energy, that is compiled for this scalar.
             fn instance<T: ForEachScalar + ?Sized>(all: &T) -> &T::Instance<Self> {
                 all.$instance()
             }
-            /// Runs a sweep along a rod with one number at a time, out of line for scalars with several derivatives.
+            /// Runs a sweep along a rod with one number at a time, by out-of-line arithmetic for scalars with several
+            /// derivatives, and returns its output.
             #[inline]
             fn run_sweep<S: Sweep<Self>>(sweep: S) -> S::Output {
                 sweep.sweep::<$sweeps>(())

@@ -1,9 +1,9 @@
 //! The function `phi_1(x) = (1 - e^-x)/x` of exponential integrators: the mean of a decay `e^(-x t)` over
 //! `0 <= t <= 1`.
 //!
-//! [`phi1`] returns it for any real or dual number `x` of either sign; it is 1 at zero. Up to `|x| = 0.1` it is the
-//! Taylor series to the tenth order, because the quotient loses digits there. Derivatives by `x` follow from the dual
-//! number.
+//! [`phi1`] returns it for any real or dual number `x` of either sign; it is 1 at zero. Up to `|x| = 0.1` it is
+//! computed by the Taylor series to the tenth order, because the quotient loses digits there. Derivatives by `x` follow
+//! from the dual number.
 
 use crate::numerics::scalar::Scalar;
 

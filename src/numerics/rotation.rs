@@ -7,15 +7,15 @@
 //! exp(r + dr) = exp(r) exp(T dr),  T = 1 - a r x + b r x r x,  a = (1 - cos s)/s^2,  b = (s - sin s)/s^3,  s = |r|,
 //! ```
 //!
-//! so that `T dr` is the rotation in the turned axes. Rotation matrices have the turned axes in their columns.
-//! `exponential` is `exp(r)` and `tangent_map` is `T`. `logarithm` returns the vector of a rotation by less than half a
-//! turn, and is not finite at half a turn. `rotation_vector` returns that of any rotation, of length up to half a turn,
-//! in plain numbers only. `tangent_map_slope` is the symmetric part of the derivative of `T' u` by `r`. All functions
-//! but `rotation_vector` take numbers with derivatives. Bodies and joints of assemblies use them.
+//! where `r x` is the matrix of the cross product with `r`. So `T dr` is the small rotation that follows, in the turned
+//! axes. Rotation matrices have the turned axes in their columns. `exponential` is `exp(r)` and `tangent_map` is `T`.
+//! `logarithm` returns the rotation vector of a rotation by less than half a turn, and is not finite at half a turn.
+//! `rotation_vector` returns that of any rotation, of length up to half a turn, in plain numbers only.
+//! `tangent_map_slope` is the symmetric part of the derivative of `T' u` by `r`. All functions but `rotation_vector`
+//! take numbers with derivatives. Bodies and joints of assemblies use them.
 //!
-//! Operations on matrices: `identity`, `components_of` (from a function of row and column), `column`, `times` (`m v`),
-//! `transposed_times` (`m' v`), `product`, `transpose` and `inverse` (not finite for a singular matrix). `cross_matrix`
-//! is the matrix of `v x`. `orthonormal` returns orthonormal columns near the given ones (Gram-Schmidt).
+//! `orthonormal` returns a rotation matrix near a given one (Gram-Schmidt). The inverse of a singular matrix is not
+//! finite.
 
 use crate::numerics::scalar::Scalar;
 use crate::numerics::vector::{
@@ -50,7 +50,7 @@ pub fn identity<D: Scalar>() -> Matrix3<D> {
     components_of(|i, j| D::from(f64::from(i == j)))
 }
 
-/// The matrix with `entry(row, column)`.
+/// The matrix with the entries `entry(row, column)`.
 #[inline(always)]
 pub fn components_of<D: Scalar>(entry: impl Fn(usize, usize) -> D) -> Matrix3<D> {
     [0, 1, 2].map(|i| [0, 1, 2].map(|j| entry(i, j)))
@@ -97,8 +97,9 @@ pub fn inverse<D: Scalar>(m: &Matrix3<D>) -> Matrix3<D> {
     components_of(|i, j| rows[j][i] * by)
 }
 
-/// The matrix with orthonormal columns nearly those of `m` (Gram-Schmidt): the first one made a unit vector, the second
-/// one made orthogonal to it, the third one their cross product.
+/// The matrix with orthonormal columns near those of `m` (Gram-Schmidt). The first column is that of `m` scaled to
+/// length one, the second one that of `m` made orthogonal to the first and scaled. The third one is their cross
+/// product, whatever that of `m` is.
 pub fn orthonormal<D: Scalar>(m: &Matrix3<D>) -> Matrix3<D> {
     let first = unit(column(m, 0));
     let second = column(m, 1);
@@ -111,7 +112,7 @@ pub fn exponential<D: Scalar>(r: Vector<D>) -> Matrix3<D> {
     transpose(&identity::<D>().map(|axis| rotate(r, axis)))
 }
 
-/// The sum of `(-1)^k x^k/(2k + first)!` over `k` below [`TERMS`], or its derivative by `x`.
+/// The sum of `(-1)^k x^k/(2k + first)!` over `k` below [`TERMS`], or its derivative by `x` if `is_derivative`.
 fn alternating_series<D: Scalar>(x: D, first: usize, is_derivative: bool) -> D {
     let factorial = |n: usize| (1..=n).map(|k| k as f64).product::<f64>();
     let coefficient = |k: usize| {
@@ -122,8 +123,8 @@ fn alternating_series<D: Scalar>(x: D, first: usize, is_derivative: bool) -> D {
     (least..TERMS).rev().fold(D::from(0.0), |sum, k| sum * x + coefficient(k))
 }
 
-/// `[a, b, 2 da/dx, 2 db/dx]` with the coefficients of the tangent map at the squared angle `x = square`. By series
-/// below [`SERIES_BELOW`], else by the formulas of the header.
+/// Returns `[a, b, 2 da/dx, 2 db/dx]` with the coefficients `a` and `b` of the tangent map, at the squared angle
+/// `x = square`, rad^2. They are computed by series below [`SERIES_BELOW`], else by the formulas of the header.
 fn coefficients<D: Scalar>(square: D) -> [D; 4] {
     // The quotients below lose digits at small angles, and their derivatives do not exist at zero.
     if square.value() < SERIES_BELOW {
@@ -164,8 +165,8 @@ pub fn tangent_map_slope<D: Scalar>(r: Vector<D>, u: Vector<D>) -> Matrix3<D> {
     components_of(|i, j| (columns[i][j] + columns[j][i]) * 0.5)
 }
 
-/// The rotation vector, rad, of the rotation matrix `m` by less than half a turn. It loses digits towards half a turn
-/// and is not finite there.
+/// The rotation vector, rad, of the rotation matrix `m` by less than half a turn. It is zero for the identity, loses
+/// digits towards half a turn and is not finite there.
 pub fn logarithm<D: Scalar>(m: &Matrix3<D>) -> Vector<D> {
     let cosine = (m[0][0] + m[1][1] + m[2][2] - 1.0) * 0.5;
     let half_cosine = ((cosine + 1.0) * 0.5).sqrt();

@@ -1,7 +1,7 @@
 //! The trait [`Scalar`]: the number type over which every energy and every physical formula is written.
 //!
-//! An energy is one generic function. `f64` gives its value, a dual number of [`num_dual`] its value and exact
-//! derivatives, and [`Terms`](crate::check::Terms) the size of the terms that may cancel in each derivative.
+//! An energy is one generic function. With `f64` it returns its value, with a dual number of [`num_dual`] its value and
+//! exact derivatives, and with [`Terms`](crate::check::Terms) the size of the terms that may cancel in each derivative.
 //! [`SimdScalar`] is a vector of numbers for loops along a rod ([`Sweep`]). [`Nestable`] are the five scalars with
 //! which rods are computed: `f64`, dual numbers with one, two or eight first derivatives, and those with two first
 //! derivatives and the mixed second one.
@@ -11,7 +11,7 @@ use std::fmt::Debug;
 use std::iter::Sum;
 use std::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAssign};
 
-/// Arithmetic and elementary functions of a real number that may carry derivatives, as of an `f64`.
+/// Arithmetic and elementary functions, as those of `f64`, of a real number that may carry derivatives.
 ///
 /// Every `Copy` dual number of [`num_dual`] over `f64`, and `f64` itself, is a `Scalar`. Other number types can
 /// implement this trait.
@@ -131,12 +131,12 @@ pub trait Scalar:
     fn abs(self) -> Self {
         if self.value() < 0.0 { -self } else { self }
     }
-    /// The smaller of two numbers, with its derivatives; this number if the values are equal.
+    /// The smaller of two numbers, with its derivatives; this number if the values are equal or one is NaN.
     #[inline]
     fn min(self, other: Self) -> Self {
         if other.value() < self.value() { other } else { self }
     }
-    /// The larger of two numbers, with its derivatives; this number if the values are equal.
+    /// The larger of two numbers, with its derivatives; this number if the values are equal or one is NaN.
     #[inline]
     fn max(self, other: Self) -> Self {
         if other.value() > self.value() { other } else { self }
@@ -260,7 +260,7 @@ impl<D: Scalar> SimdScalar<D> for D {
 pub trait Sweep<D> {
     /// Result of the computation.
     type Output;
-    /// Runs the computation with numbers `V`, on the SIMD level that they need.
+    /// Runs the computation with numbers of type `V`, on the SIMD `level` that they need.
     fn sweep<V: SimdScalar<D>>(self, level: V::Level) -> Self::Output;
 }
 

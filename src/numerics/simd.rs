@@ -4,8 +4,9 @@
 //! (AVX2). Operations are never fused (no FMA): each lane has bitwise the result of scalar arithmetic. Exceptions are
 //! sines and cosines, by polynomials (`numerics::trigonometry`), and `nearest_whole`, which rounds halves to even. The
 //! value of a vector whose lanes differ is NaN. [`with_simd`] runs a computation compiled for the vector unit,
-//! [`with_simd_if_wide`] only for arrays of more than two numbers; [`simd_level`] is the name of the unit;
-//! [`PairLevel`] computes `a - x y` of pairs for band matrices. Without AVX2 all of them use scalar code.
+//! [`with_simd_if_wide`] does so only for arrays of more than two numbers. [`simd_level`] is the name of the
+//! instruction set. [`PairLevel`] computes `a - x y` of pairs for band matrices. Without AVX2 all of them use scalar
+//! code.
 
 use crate::numerics::operators::derived_operators;
 use crate::numerics::scalar::{ForEachScalar, Nestable, Scalar, SimdScalar, Sweep};
@@ -267,12 +268,12 @@ impl<L: Level> Scalar for SimdF64<L> {
         let all_but_sign = self.level.splat_f64s(f64::from_bits(!(1 << 63)));
         Self { numbers: self.level.and_f64s(self.numbers, all_but_sign), ..self }
     }
-    /// The smaller number in every lane.
+    /// The smaller number in every lane; that of this vector if they are equal or one is NaN.
     #[inline(always)]
     fn min(self, other: Self) -> Self {
         other.if_less(self, other, self)
     }
-    /// The larger number in every lane.
+    /// The larger number in every lane; that of this vector if they are equal or one is NaN.
     #[inline(always)]
     fn max(self, other: Self) -> Self {
         self.if_less(other, other, self)
@@ -280,7 +281,7 @@ impl<L: Level> Scalar for SimdF64<L> {
 }
 
 impl Nestable for f64 {
-    /// The instance of `all` for `f64`, without derivatives.
+    /// The instance of `all`, such as a user-defined energy, that is compiled for `f64`, without derivatives.
     fn instance<T: ForEachScalar + ?Sized>(all: &T) -> &T::Instance<Self> {
         all.plain()
     }
@@ -318,8 +319,8 @@ pub fn with_simd<T: pulp::NullaryFnOnce>(work: T) -> T::Output {
     work.call()
 }
 
-/// [`with_simd`] for work on arrays of `G > 2` numbers, and the plain call otherwise: two numbers fit into the
-/// registers that every x86-64 processor has.
+/// Runs `work` by [`with_simd`] if `G`, the number of values in its arrays, is above 2, and calls it plainly otherwise:
+/// two numbers fit into the registers that every x86-64 processor has.
 #[inline(always)]
 pub fn with_simd_if_wide<T: pulp::NullaryFnOnce, const G: usize>(work: T) -> T::Output {
     if G > 2 { with_simd(work) } else { work.call() }

@@ -1,26 +1,27 @@
 //! Power spectrum of a sampled signal by harmonics of its even extension (a discrete cosine transform of type I).
 //!
-//! [`harmonic_variances`] takes a signal with both ends of a uniform grid of a power of two of intervals. It returns
+//! [`harmonic_variances`] takes a signal on a uniform grid of a power of two of intervals, with both ends. It returns
 //! the variance of each harmonic 1, 2, .., as many as intervals, in the squared unit of the signal; the mean is left
 //! out. Harmonic `k` has `k/2` periods over the signal. `intervals` returns a suitable power of two for a number of
-//! samples. The even extension is continuous. The spurious variance of a signal that ends elsewhere than it begins
-//! therefore decreases with the fourth power of the frequency. That of a periodic extension decreases with the second.
-//! The bandwidth of recorded motions follows from it.
+//! samples. The even extension of the signal is continuous. The spurious variance of a signal that ends elsewhere than
+//! it begins therefore decreases with the fourth power of the frequency; that of a periodic extension decreases with
+//! the second. The bandwidth of recorded motions follows from it.
 
 use std::f64::consts::PI;
 
 /// Largest number of intervals of a signal, a power of two: it bounds time and memory of the transform.
 const MOST_INTERVALS: usize = 1 << 17;
 
-/// Number of intervals of a uniform grid that resolves a signal of `samples` samples: the next power of two above or at
-/// its number of intervals, from 8 to [`MOST_INTERVALS`].
+/// Number of intervals of a uniform grid that resolves a signal of `samples` samples: the smallest power of two that is
+/// at least `samples - 1`, clamped to 8 and [`MOST_INTERVALS`].
 pub(crate) fn intervals(samples: usize) -> usize {
     samples.saturating_sub(1).next_power_of_two().clamp(8, MOST_INTERVALS)
 }
 
 /// Variances of the harmonics 1, 2, .. of the even extension of a signal, in the squared unit of the signal, as many as
 /// intervals. The signal has both ends of a uniform grid with a power of two of intervals. Harmonic `k` has `k/2`
-/// periods over it. The sum is the variance of the even extension (Parseval). Panics without intervals.
+/// periods over it. The sum is the variance of the even extension (Parseval). Panics without intervals, and requires a
+/// power of two of them.
 pub(crate) fn harmonic_variances(signal: &[f64]) -> Vec<f64> {
     let intervals = signal.len() - 1;
     let extended = signal.iter().chain(signal[1..intervals].iter().rev());

@@ -1,12 +1,12 @@
 //! Traits of a symmetric sparse matrix (a tangent: the second derivatives of an energy) and of its `L D L^T` factors.
 //!
 //! The tangent of one open rod is a [band](crate::numerics::banded::BandMatrix). [`Tangent`] has assembly, products and
-//! residuals. [`Factors`] factors the rows and columns of a range, without pivoting: of the matrix, or of `scale
-//! diag(d) + factor matrix`. It solves for several right-hand sides in place (rows outside of the range become zero)
-//! and counts negative pivots, which are as many as negative eigenvalues. [`UnsymmetricTangent`] also takes blocks that
-//! are not symmetric; then the number of negative pivots has no such meaning. A pivot that is zero or not finite is the
-//! error [`Singular`] with its row. Steppers, equilibria, modes and sensitivities use only these traits, so that other
-//! sparsity patterns need no change there.
+//! residuals. [`Factors`] factors the rows and columns of a range, without row exchanges: of the matrix, or of
+//! `scale diag(d) + factor matrix`. It solves for several right-hand sides in place (rows outside of the range become
+//! zero) and counts negative pivots, which are as many as negative eigenvalues. [`UnsymmetricTangent`] also takes
+//! blocks that are not symmetric; then the number of negative pivots has no such meaning. A pivot that is zero or not
+//! finite is the error [`Singular`] with its row. Steppers, equilibria, modes and sensitivities use only these traits,
+//! so that other sparsity patterns need no change there.
 
 use crate::numerics::scalar::Scalar;
 use std::fmt::Debug;
@@ -61,8 +61,8 @@ pub trait Tangent<D: Scalar>: Clone + Debug + Send + Sync {
         self.add_product(x.as_chunks::<1>().0, out.as_chunks_mut::<1>().0);
     }
 
-    /// Writes the product of absolute values, `|A| |x|` of the real parts, to `out`: rounding errors of `A x` are
-    /// proportional to it.
+    /// Writes the product of absolute values, `|A| |x|` of the real parts, or an upper bound of it, to `out`: rounding
+    /// errors of `A x` are proportional to it.
     fn absolute_product(&self, x: &[D], out: &mut [f64]);
 
     /// The residual `b - A x`, one number per row of `range`, from its first row on. `x` and `b` are indexed like the
@@ -116,8 +116,8 @@ pub trait Factors<D: Scalar>: Clone + Debug + Send + Sync {
         range: Range<usize>,
     ) -> Result<(), Singular>;
 
-    /// Number of negative pivots, which is that of negative eigenvalues of the factored matrix (Sylvester's law of
-    /// inertia) if that is symmetric.
+    /// Number of negative pivots: that of negative eigenvalues of the factored matrix if it is symmetric (Sylvester's
+    /// law of inertia).
     fn negative_pivots(&self) -> usize;
 
     /// Solves `A x = b` in place for `R` right-hand sides (`x[i][r]` is row `i` of number `r`), over the factored

@@ -1,10 +1,10 @@
 //! Numbers that bound the rounding errors of derivatives, for the check of hand-derived derivatives.
 //!
-//! A computed derivative is a sum of terms. If large terms cancel, its relative error is large although the formula
-//! is correct. [`Terms`] evaluates an energy with its value and, for every first and second derivative, the sum of
-//! the absolute values of the terms of the chain rule. It has no derivatives with signs. The check accepts
-//! differences between two derivatives up to a tolerance times that sum. Optionally the sums have a floor for
-//! rounding errors of the values in each term.
+//! A computed derivative is a sum of terms. If large terms cancel, its relative error is large although the formula is
+//! correct. [`Terms`] evaluates an energy with its value and, for every first and second derivative, the sum of the
+//! absolute values of the terms of the chain rule; it has no derivatives with signs. The check accepts differences
+//! between two derivatives up to a tolerance times that sum. Optionally the sums have a floor: the change of each term
+//! by rounding errors of the values in it.
 
 use crate::numerics::operators::derived_operators;
 use crate::numerics::scalar::Scalar;
@@ -37,7 +37,7 @@ pub struct Terms<const N: usize> {
     pub second: [[f64; N]; N],
     /// Sum of absolute terms of the value, the size of its rounding errors.
     magnitude: f64,
-    /// Rounding errors of values over their magnitude; 0 for constants.
+    /// Rounding error of the value over `magnitude`, in units of the tolerance; 0 for constants and without a floor.
     rounding: f64,
 }
 
@@ -229,7 +229,7 @@ impl<const N: usize> Div<f64> for Terms<N> {
 derived_operators!([const N: usize] Terms<N>);
 
 impl<const N: usize> PartialOrd for Terms<N> {
-    /// The order of the values; absolute terms are not compared.
+    /// The order of the values; absolute terms are not compared. None if a value is NaN.
     fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
         self.value.partial_cmp(&other.value)
     }

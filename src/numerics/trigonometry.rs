@@ -1,16 +1,17 @@
 //! Sine and cosine by argument reduction and polynomials (FDLIBM), without branches, so that all SIMD lanes run the
 //! same code.
 //!
-//! [`sin_and_cos`] takes an angle, rad, of any [`Scalar`] and returns `[sin, cos]` with an error up to 1.5 units in
-//! the last place of 1. It subtracts the nearest multiple of a right angle, in two parts (Cody and Waite 1980), and
-//! evaluates polynomials up to half a right angle. The number of right angles selects and signs the results. It is
-//! valid for absolute angles below [`LARGEST`]; NaN gives NaN. SIMD numbers use it for such angles.
+//! [`sin_and_cos`] takes an angle, rad, of any [`Scalar`] and returns `[sin, cos]` with an error up to 1.5 units in the
+//! last place of 1. It subtracts the nearest multiple of a right angle, in two parts (Cody and Waite 1980), and
+//! evaluates both polynomials at the rest, at most half a right angle. The number of right angles modulo 4 exchanges
+//! the results and selects their signs. It is valid for absolute angles below [`LARGEST`]; NaN gives NaN. SIMD numbers
+//! use it for such angles.
 
 use crate::numerics::scalar::Scalar;
 use std::f64::consts::FRAC_2_PI;
 
-/// Largest angle, rad, that is reduced to full accuracy: fewer than 2^19 right angles, whose number times the first
-/// term of [`RIGHT_ANGLE`] is exact.
+/// Bound of the angles, rad, that are reduced to full accuracy: fewer than 2^19 right angles, whose number times the
+/// first term of [`RIGHT_ANGLE`] is exact.
 pub const LARGEST: f64 = 8e5;
 
 /// A right angle as a sum (Cody and Waite 1980). The first term has 20 zero bits at its end, so that its product with

@@ -1,10 +1,10 @@
 //! Vectors of three components `[x, y, z]` over any [`Scalar`], with or without derivatives: sum (`add`), difference
 //! (`sub`), multiple (`scale`), linear combination (`combine`), scalar and vector product (`dot`, `cross`), and unit
-//! vector (`unit`). [`rotate`] rotates by a rotation vector, rad (Rodrigues' formula, by its series below 0.01). The
-//! unit vector of zero is NaN.
+//! vector (`unit`). [`rotate`] rotates by a rotation vector, rad (Rodrigues' formula, by its series below an angle of
+//! 0.01 rad). The unit vector of zero is NaN.
 //!
 //! Energies, frames and prescribed motions use them. [`components`] and [`map_components`] build arrays of any length
-//! by inlined loops.
+//! from a function, by inlined loops.
 
 use crate::numerics::scalar::Scalar;
 

@@ -1,10 +1,10 @@
 //! The section "Uncertainty budget" of a page: how much each source of uncertainty contributes to that of a parameter.
 //!
-//! Input are the estimates of a fit or design. For each parameter a table lists the sources of its uncertainty (noise,
-//! inputs, discretization, differences between experiments): standard uncertainty, sensitivity, contribution and share
+//! Input: the estimates of a fit or design. For each parameter a table lists the sources of its uncertainty (noise,
+//! inputs, discretization, differences between experiments): standard uncertainty, sensitivity, contribution and part
 //! of the variance (GUM: combined standard uncertainty). A second table has the change of the parameter by +1 % of each
-//! input without a stated uncertainty. A note compares the budget with Monte Carlo fits, if there were any. Output is
-//! HTML, empty without all three.
+//! input without a stated uncertainty. A note compares the budget with Monte Carlo fits, if there were any. Output:
+//! HTML with a subsection for each parameter that has any of the three, else empty.
 
 use crate::fit::{BudgetLine, Estimate, QuotedEstimate};
 use crate::page::chart::labeled;
@@ -25,8 +25,8 @@ pub(super) fn budgets(parameters: &[Estimate]) -> String {
 }
 
 /// The HTML table of contributions to the combined standard uncertainty of a parameter, and a note with that and its
-/// coverage factor. If inputs have a stated uncertainty, the note has the expanded 95 % interval too. Empty without a
-/// combined uncertainty.
+/// coverage factor. If inputs have a stated uncertainty, the note has the expanded 95 % interval too. Empty unless the
+/// estimate has a combined uncertainty, a coverage factor and an expanded interval.
 fn budget(e: &Estimate) -> String {
     let (Some(combined), Some(factor), Some(expanded)) =
         (e.combined_std, e.coverage_factor, e.expanded95)
@@ -73,7 +73,7 @@ fn source_name(key: &str) -> &str {
     }
 }
 
-/// A relative sensitivity (dimensionless) in three digits; zero below 1e-3.
+/// A relative sensitivity (dimensionless) in three digits; `0.00` below 1e-3 in absolute value.
 fn relative_sensitivity(value: f64) -> String {
     if value.abs() < 1e-3 { "0.00".into() } else { three_digits(value) }
 }

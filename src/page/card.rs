@@ -1,6 +1,6 @@
 //! The first card of a page: a headline with the status, the main result, and lists of messages such as warnings.
 //!
-//! Input of [`card`] are a severity (`Tone`), headline and content in HTML, and lists of messages as text. The color of
+//! Input of [`card`]: a severity (`Tone`), headline and content in HTML, and lists of messages as text. The color of
 //! its border is that of the severity. Lists without messages are left out; of long ones the further messages are
 //! folded. Messages that end with a code unfold the code's explanation. Output is HTML, for every kind of page.
 
@@ -19,7 +19,9 @@ pub(super) const fn tone_class(tone: Tone) -> &'static str {
 
 /// Messages (text) of one kind, such as warnings, under their heading.
 pub(super) struct MessageList {
+    /// Heading of the list (text).
     pub heading: &'static str,
+    /// The messages, each with its code at the end, if it has one.
     pub messages: Vec<String>,
 }
 

@@ -1,9 +1,8 @@
 //! Charts under construction: series of data in SI units, axes, legend and CSV. `drawing` renders them as SVG.
 //!
-//! Values are divided by the factor of their axis' unit, except for horizontal reference lines and shaded bands, which
-//! are in that unit already. A [`ChartAxis`] is linear unless `log` makes it logarithmic. `padded_range` is the range
-//! of its data with a margin, and [`labeled`] a label with a unit. Points that are not finite, or not positive on a
-//! logarithmic axis, are left out. Functions of [`PageChart`]:
+//! Values are given in SI units and divided by the factor of the unit of their axis, except for horizontal reference
+//! lines and shaded bands, which are in that unit already. A [`ChartAxis`] is linear unless `log` makes it logarithmic.
+//! Points that are not finite, or not positive on a logarithmic axis, are left out. Functions of [`PageChart`]:
 //!
 //! - `line`, `dots` and `dotted_line` draw a series. If it has a name, it enters the legend and the CSV file, else it
 //!   is decoration.
@@ -17,8 +16,8 @@
 //! - `legend` returns HTML: the names of two or more series, and a note if points were thinned out. `without_legend`
 //!   clears the names so far. `csv` returns an HTML link to the data, empty without any.
 //!
-//! Drawn series of more than `MAX_POINTS` points are thinned out evenly, in the CSV file too. There series with
-//! intervals have all finite points.
+//! Series of more than `MAX_POINTS` points are thinned out evenly, in the drawing and in the CSV file. Series with
+//! intervals keep all finite points in the CSV file.
 
 use crate::page::csv::csv_link;
 use crate::page::html::escaped;
@@ -49,9 +48,11 @@ struct LegendEntry {
     is_line: bool,
 }
 
-/// A point with its 95 % interval: along y in a band, along x of a bar.
+/// A point with its 95 % interval, in SI units: along y for a band, along x for a bar.
 pub(super) struct IntervalPoint {
+    /// Abscissa and ordinate.
     pub at: [f64; 2],
+    /// Lower and upper end of the interval.
     pub ends: [f64; 2],
 }
 
@@ -60,14 +61,14 @@ pub(super) struct ChartAxis {
     /// The quantity with its unit.
     pub label: String,
     pub is_log: bool,
-    /// SI values over displayed values.
+    /// Factor by which SI values are divided to displayed values.
     factor: f64,
     /// Smallest and largest displayed value.
     range: [f64; 2],
 }
 
 impl ChartAxis {
-    /// A linear axis of a quantity, labeled with its name and the unit of a scale, without a range.
+    /// A linear axis of a quantity, labeled with its name and the unit of `scale`, and with an empty range.
     pub fn new(name: &str, scale: &Scale) -> Self {
         let label = labeled(name, &scale.unit);
         Self { label, is_log: false, factor: scale.factor, range: [f64::INFINITY, -f64::INFINITY] }
@@ -92,7 +93,7 @@ impl ChartAxis {
 }
 
 impl From<&str> for ChartAxis {
-    /// A linear axis with this label, whose numbers are shown without a unit's factor.
+    /// A linear axis with this label, whose values are displayed as they are (factor 1).
     fn from(label: &str) -> Self {
         Self::new(label, &Scale { factor: 1.0, unit: String::new() })
     }
@@ -100,9 +101,13 @@ impl From<&str> for ChartAxis {
 
 /// A chart under construction. Values that are not finite are left out.
 pub(super) struct PageChart {
+    /// The x and the y axis.
     pub axes: [ChartAxis; 2],
+    /// The drawn series in their order.
     pub marks: Vec<Mark>,
+    /// Reference lines.
     pub lines: Vec<ReferenceLine>,
+    /// Shaded bands.
     pub regions: Vec<ShadedRegion>,
     pub has_equal_scales: bool,
     pub has_whole_ticks: bool,
@@ -110,9 +115,11 @@ pub(super) struct PageChart {
     pub row_names: Vec<String>,
     /// Width and height, px.
     pub size: [f64; 2],
+    /// Named series in the order of their first drawing.
     legend: Vec<LegendEntry>,
+    /// Points of the named series and of intervals, for the CSV file.
     data: Vec<Datum>,
-    /// One of so many points is drawn.
+    /// Largest stride of the drawn points of any series: one of so many points is drawn.
     thinning: usize,
 }
 
@@ -193,7 +200,8 @@ impl PageChart {
         self
     }
 
-    /// Adds a series as dots of this radius, px, at points in SI units, connected by a line.
+    /// Adds a series as dots of this radius, px, at points in SI units, connected by a line; legend and CSV have it
+    /// once.
     pub fn dotted_line(self, series: &str, points: Points, color: &str, radius: f64) -> Self {
         // The line has no name: legend and CSV have the dots only.
         self.line("", points.iter().copied(), color).dots(series, points, color, radius)
@@ -265,8 +273,8 @@ impl PageChart {
         self
     }
 
-    /// The names of several series beside their colors, as HTML, and a note if points were thinned out. A single series
-    /// is not named; empty without both.
+    /// HTML with the names of the series beside their colors, if there are at least two, and a note if points were
+    /// thinned out; else empty.
     pub fn legend(&self) -> String {
         let entry = |LegendEntry { name, color, is_line }: &LegendEntry| {
             let class = if *is_line { "stroke" } else { "dot" };
@@ -350,8 +358,8 @@ impl PageChart {
 
     /// The range of the axis 0 (x) or 1 (y) in its unit with a margin, never without extent. The margin is 5 % of the
     /// range at each end, 2 % on an x axis without equal scales; a y axis with names has none. Without extent it is 10
-    /// % of the value, at least 1. A logarithmic axis has at most [`DECADES`] decades, and a factor of the ratio to the
-    /// power 0.05, at least 1.1, as margin.
+    /// % of the value, at least 1. A logarithmic axis has at most [`DECADES`] decades; its margin is a factor, the
+    /// ratio of both ends to the power 0.05, at least 1.1.
     pub fn padded_range(&self, axis: usize) -> [f64; 2] {
         let ChartAxis { range: [low, high], is_log, .. } = self.axes[axis];
         if is_log {

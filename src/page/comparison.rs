@@ -1,10 +1,10 @@
 //! The page that compares several fits, of a campaign or of one command.
 //!
-//! Input are the summaries of the fits. The first card has the number of fits per grade, and for each parameter the
+//! Input: the summaries of the fits. The first card has the number of fits per grade, and for each parameter the
 //! smallest and largest value of the fits that identify it. From [`MIN_VALUES`] values on it has their mean and the
-//! standard deviation between fits. Sections follow with a plot and a table of each parameter's estimates with 95 %
-//! intervals, and a table with the grade, the status of fits that did not converge, the warnings, and a column per
-//! changed key. Output is a self-contained HTML page.
+//! standard deviation between fits too. Then each parameter has a section with a plot and a table of its estimates with
+//! 95 % intervals. The last table has the grade, the status of fits that did not converge, the warnings, and a column
+//! per changed key. Output: a self-contained HTML page.
 
 use crate::fit::{Estimate, FitSummary, Grade, QuotedEstimate, interval_heading};
 use crate::page::card::{card, tone_class};
@@ -59,7 +59,7 @@ struct ComparedEstimate<'a> {
     estimate: &'a Estimate,
 }
 
-/// Number, mean, standard deviation and range of the values of a parameter over all fits that identify it, in SI units.
+/// Statistics of the values of a parameter over all fits that identify it, in SI units.
 struct ValueStatistics {
     count: usize,
     mean: f64,
@@ -99,7 +99,8 @@ impl<'a> ComparedParameter<'a> {
         (count > 0).then_some(ValueStatistics { count, mean, std, range })
     }
 
-    /// The unit with prefix for all values and ends of intervals of the parameter, by the largest absolute one.
+    /// The unit with a prefix in which all values and ends of intervals of the parameter are displayed, by the largest
+    /// absolute one.
     fn scale(&self) -> Scale {
         let sizes = self.estimates.iter().map(|own| own.estimate);
         let sizes = sizes.flat_map(|e| e.value.into_iter().chain(ends(e).into_iter().flatten()));
@@ -179,8 +180,8 @@ fn ends(e: &Estimate) -> Option<[f64; 2]> {
 }
 
 /// The first card, HTML: numbers of fits of each grade, and a table with the mean of every parameter, its standard
-/// deviation between fits (both from [`MIN_VALUES`] values on) and its range. It is good if all fits are, bad if one
-/// is, else doubtful.
+/// deviation between fits (both from [`MIN_VALUES`] values on) and its range. Its severity is good if all fits are, bad
+/// if any fit is, else doubtful.
 fn first_card(fits: &[FitSummary], parameters: &[ComparedParameter]) -> String {
     let is = |tone: Tone| move |fit: &FitSummary| fit_tone(fit) == tone;
     // The page has the worst tone of its fits.

@@ -1,10 +1,10 @@
 //! The section "Correlation matrix": correlation coefficients of the parameters, and singular values of the scaled
 //! Jacobian.
 //!
-//! Input are the estimates, their correlation matrix and the singular values of the Jacobian with columns of unit
-//! length. Cells are colored by sign and size; unknown coefficients have a dash. A note has the singular values and the
+//! Input: the estimates, their correlation matrix and the singular values of the Jacobian with columns of unit length.
+//! Cells are colored by sign and size; unknown coefficients have a dash. A note has the singular values and the
 //! condition number, the ratio of the largest to the smallest: a large one shows combinations of parameters that the
-//! data hardly determine. Pages of fits and designs use it; output is HTML, empty for a single parameter or without any
+//! data hardly determine. Pages of fits and designs use it. Output: HTML, empty for a single parameter or without any
 //! correlation.
 
 use crate::fit::Estimate;
@@ -15,9 +15,10 @@ use crate::page::table::HtmlTable;
 /// Opacity of the color of a correlation of one, %.
 const LARGEST_OPACITY: f64 = 45.0;
 
-/// The correlation matrix as an HTML table (row and column per parameter; unknown entries have a dash). A note has the
-/// singular values, which are in descending order, and the condition number (absent if the smallest is zero). Empty for
-/// a single parameter, or without any correlation.
+/// The correlation matrix as an HTML table (row and column per parameter; unknown entries have a dash), followed by a
+/// note. That has the singular values, in descending order, and the condition number (absent for fewer than two or if
+/// the smallest is zero); without singular values there is no note. Empty for a single parameter, or without any
+/// correlation.
 pub(super) fn correlation_matrix(
     parameters: &[Estimate],
     matrix: &[Vec<Option<f64>>],

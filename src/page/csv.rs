@@ -52,7 +52,7 @@ fn quoted(cell: &str) -> String {
 }
 
 /// The letters, digits and underscores of a name, joined by hyphens, with the ending `.csv`. Of a name longer than
-/// [`LONGEST_NAME`] the end is kept.
+/// [`LONGEST_NAME`] only the end is kept.
 fn file_name(name: &str) -> String {
     let plain = |c: char| if c.is_ascii_alphanumeric() || c == '_' { c } else { ' ' };
     let plain: String = name.chars().map(plain).collect();

@@ -1,8 +1,8 @@
 //! The page of a planned experiment (`rodfit design`).
 //!
-//! Input is a design. The first card has the expected standard errors and intervals. Sections have the contribution of
+//! Input: a design. The first card has the expected standard errors and intervals. Sections have the contribution of
 //! each measurement, and plots of the standard errors over marker position, duration and frame rate with the
-//! recommended choice. Further ones have the uncertainty budget, undetected biases, correlations and cost. Output is a
+//! recommended choice. Further ones have the uncertainty budget, undetected biases, correlations and cost. Output: a
 //! self-contained HTML page.
 
 use crate::fit::{
@@ -45,8 +45,8 @@ pub fn design_page(design: &Design, title: &str) -> String {
 }
 
 /// The first card, HTML: whether the plan determines all parameters, and their expected standard errors and intervals.
-/// Below them are the errors that the intervals contain, the largest undetected biases, and lists of warnings and of
-/// parameters that are not identifiable.
+/// Below them are a note on which errors the intervals contain, the largest undetected biases, and lists of warnings
+/// and of parameters that are not identifiable.
 fn first_card(design: &Design) -> String {
     let (unknown, all) =
         (design.parameters.iter().filter(|e| !e.identifiable).count(), design.parameters.len());
@@ -81,8 +81,8 @@ fn first_card(design: &Design) -> String {
     card(tone, &headline, &content, &lists)
 }
 
-/// The k-th of the standard `errors` of all parameters, which is that of `e`: in per cent of a positive value, else in
-/// its unit; `not identifiable` if missing.
+/// Text of the standard error `errors[k]` of the parameter `e`: in per cent of its value if the parameter is positive
+/// by its kind and its value is above 0, else in its unit; `not identifiable` if missing.
 fn shown_error(e: &Estimate, errors: &[Option<f64>], k: usize) -> String {
     let error = errors.get(k).copied().flatten();
     match (error, e.value.filter(|value| e.name.is_positive() && *value > 0.0)) {
@@ -128,8 +128,8 @@ fn wording(variable: DesignVariable) -> [&'static str; 3] {
 }
 
 /// The figure (HTML) of the standard errors over one design variable, relative to those of the plan, with a line per
-/// parameter. A folded table has their values. Both axes are logarithmic, except that of the marker position. The plan
-/// is a dashed line, the recommended choice in the caption. Empty if no choice determines any parameter.
+/// parameter. A folded table has the values. Both axes are logarithmic, except that of the marker position. A dashed
+/// line marks the planned choice; the caption names the recommended one. Empty if no choice determines any parameter.
 fn choice(advice: &Advice, design: &Design) -> String {
     let Advice { variable, choices, observation, .. } = advice;
     if choices.iter().flat_map(|choice| &choice.std_error).all(Option::is_none) {

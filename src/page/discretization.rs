@@ -1,9 +1,9 @@
 //! The section "Discretization error" of a page of a fit: the bias of each estimate by the mesh and the time step.
 //!
-//! Input are the estimated errors of the report, as fractions of the estimates. The table has the applied correction,
-//! the parts by mesh and by time step, and an upper bound of the remaining error. They are in per cent of the estimate,
-//! or in its unit for a parameter that may be zero. A note follows on whether estimates are corrected. Parameters
-//! without any estimated error are left out. Output is HTML, empty without errors.
+//! Input: the estimated errors of the report, as fractions of the estimates. The table has the applied correction, the
+//! parts by mesh and by time step, and an upper bound of the remaining error. They are in per cent of the estimate, or
+//! in its unit for a parameter that is not positive by its kind. A note follows on whether estimates are corrected.
+//! Parameters without any estimated error are left out. Output: HTML, empty without errors.
 
 use crate::fit::{DiscretizationError, Estimate};
 use crate::page::html::note;

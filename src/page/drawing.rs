@@ -1,8 +1,8 @@
 //! Renders a chart as inline SVG with the plotting library kuva, in the colors and fonts of the page.
 //!
-//! Input is a finished `PageChart`. Layout and ticks are set here; bands, marks and reference lines are clipped to the
-//! axes. Colors are CSS variables, so that a drawing follows the light or dark mode of the page. A chart without marks
-//! becomes a note.
+//! Input: a finished `PageChart`. Layout and ticks are set here; bands, series (marks) and reference lines are clipped
+//! to the rectangle of the axes. Colors are CSS variables, so that a drawing follows the light or dark mode of the
+//! page. A chart without any series becomes a note.
 
 use crate::page::chart::{Mark, PageChart};
 use crate::page::html::no_data;
@@ -39,10 +39,10 @@ pub(super) fn svg(chart: &PageChart) -> String {
     inline_svg(&SvgBackend::default().render_scene(&scene(chart)))
 }
 
-/// The layout of a chart for kuva: ranges, size, margins, ticks and labels of its axes. Names of rows replace the label
-/// and numbers of the y axis, and widen the left margin. Ticks are about 6, or 4 up to a height of [`LOW_HEIGHT`], and
-/// 3 beside names of rows; those of x may be restricted to whole numbers. Scales may be logarithmic, or equal for both
-/// axes.
+/// The layout of a chart for kuva, the plotting library: ranges, size, margins, ticks and labels of its axes. Names of
+/// rows replace the label and numbers of the y axis, and widen the left margin. Ticks are about 6, or 4 up to a height
+/// of [`LOW_HEIGHT`], and 3 beside names of rows; those of x may be restricted to whole numbers. Scales may be
+/// logarithmic, or equal for both axes.
 fn layout(chart: &PageChart) -> Layout {
     let [x, y] = &chart.axes;
     let [[left, right], [low, high]] = [0, 1].map(|axis| chart.padded_range(axis));
@@ -99,7 +99,8 @@ fn row_name(names: &[String], height: f64) -> String {
     names.get(row as usize).filter(|_| is_row).cloned().unwrap_or_default()
 }
 
-/// A name with an ellipsis in its middle if it has more than [`MAX_LETTERS`] letters; the result then has that many.
+/// A name, with its middle replaced by an ellipsis if it has more than [`MAX_LETTERS`] letters; the result then has
+/// that many letters.
 pub(super) fn shortened(name: &str) -> String {
     let letters: Vec<char> = name.chars().collect();
     if letters.len() <= MAX_LETTERS {
@@ -138,8 +139,8 @@ fn scene(chart: &PageChart) -> Scene {
     scene
 }
 
-/// Begins the part of `scene` that is clipped to the rectangle of the `axes`: adds the clip path with an identifier
-/// unique in the process.
+/// Adds a clip path of the rectangle of the `axes`, and begins the part of `scene` that is clipped to it. The
+/// identifier of the path is unique in the process.
 fn clip_to_axes(scene: &mut Scene, axes: &ComputedLayout) {
     // Identifiers are unique on the page.
     static COUNT: AtomicUsize = AtomicUsize::new(0);
@@ -154,7 +155,8 @@ fn clip_to_axes(scene: &mut Scene, axes: &ComputedLayout) {
 }
 
 /// The format of tick labels for the range of an axis: that of [`log_tick_label`] on a logarithmic axis. Else numbers
-/// with as many decimals as the range needs, or with a power of ten if the largest is below 1e-3 or from 1e6 on.
+/// have as many decimals as the range needs, or two and a power of ten if the largest absolute end of the range is
+/// below 1e-3 or from 1e6 on.
 fn tick_labels([low, high]: [f64; 2], is_log: bool) -> TickFormat {
     if is_log {
         return TickFormat::Custom(Arc::new(log_tick_label));
@@ -182,8 +184,8 @@ fn without_trailing_zeros(number: &str) -> String {
     }
 }
 
-/// The label of a tick on a logarithmic axis: 10 with an exponent for powers of ten below 0.1 and above 10, a decimal
-/// number from 0.01 to 1000, else a mantissa with a power of ten.
+/// The label of a tick on a logarithmic axis. Powers of ten below 0.1 and above 10 are 10 with an exponent. Other
+/// numbers are decimal from 0.01 to below 1000, else a mantissa with a power of ten.
 fn log_tick_label(x: f64) -> String {
     let power = x.log10().round();
     match (x / 10_f64.powf(power) - 1.0).abs() < 1e-6 {
@@ -206,8 +208,8 @@ fn theme() -> Theme {
     }
 }
 
-/// An SVG document as an element of HTML: its head is replaced by one that lets the drawing shrink with the page below
-/// its own width. Empty if it has no width and height.
+/// An SVG document as an element of HTML: its opening tag is replaced by one with which the drawing shrinks where the
+/// page is narrower than it. Empty if the document has no width or height.
 fn inline_svg(svg: &str) -> String {
     let Some((head, body)) = svg.split_once('>') else { return String::new() };
     let attribute = |key: &str| Some(head.split_once(&format!(" {key}=\""))?.1.split_once('"')?.0);

@@ -1,6 +1,6 @@
 //! Sections on effects that the model omits, such as a compliant clamp or a taper.
 //!
-//! Input are the score tests of a fit, and the undetected biases of a fit or a design. "Likely omitted effects"
+//! Input: the score tests of a fit, and the undetected biases of a fit or a design. "Likely omitted effects"
 //! ([`likely_omitted`]) has the score tests: rank, estimated size, its ratio to the standard error, largest bias and
 //! p-values; tests that are not significant are folded. "Undetected bias" ([`undetected_bias`]) has effects that the
 //! data do not exclude, with the bias that each would cause at its largest plausible size, and a test that would reveal
@@ -17,8 +17,8 @@ use crate::summary::quantity::counted;
 /// Effects in a table that are shown at once; further ones are folded.
 const SHOWN_EFFECTS: usize = 5;
 
-/// The text of a number of `bias`, with a plus-minus sign in place of its own if the data do not determine the sign of
-/// the effect (no `estimate`).
+/// The `text` of a number of `bias`, with a plus-minus sign in place of its own sign if the data do not determine the
+/// sign of the effect (no `estimate`).
 fn without_sign(bias: &UndetectedBias, text: &str) -> String {
     match bias.estimate.is_some() {
         true => text.into(),
@@ -63,7 +63,7 @@ pub(super) fn undetected_bias(biases: &[UndetectedBias]) -> String {
 }
 
 /// A sentence (HTML) with the largest undetected bias of each parameter, in per cent, and its effect, where it exceeds
-/// the interval; for a few parameters only. Empty without such biases.
+/// a standard error ([`biases_beyond_interval`]); for at most a few parameters. Empty without such biases.
 pub(super) fn largest_biases(biases: &[UndetectedBias], parameters: &[Estimate]) -> String {
     let text = |(relative, bias): &(f64, &UndetectedBias)| {
         let [parameter, effect] = [&bias.parameter, &bias.effect].map(|text| escaped(text));

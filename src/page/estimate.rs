@@ -1,15 +1,14 @@
 //! The main table of a page: estimates with standard errors and quoted 95 % intervals; and their parts as text.
 //!
-//! Input of [`estimate_table`] are quoted estimates in SI units, the headings ([`error_heading`]), and a sentence below
-//! the table. [`estimate_scale`] is the unit of an estimate, [`quoted_interval`] an interval as text. Values have an SI
-//! prefix by their size and digits by their standard error. The error is also in per cent of the value, for positive
-//! parameters (identified in their logarithm) and for combinations. The quoted interval is the expanded one if inputs
-//! have a stated uncertainty; a row with the statistical part, without value and unit, follows. Else the quoted
-//! interval is the statistical one.
+//! Input of [`estimate_table`]: quoted estimates in SI units, the headings ([`error_heading`]), and a sentence below
+//! the table. Values have an SI prefix by their size and digits by their standard error. The error is also in per cent
+//! of the value, for positive parameters (identified in their logarithm) and for combinations. The quoted interval is
+//! the expanded one if inputs have a stated uncertainty; a row with the statistical part, without value and unit,
+//! follows. Else the quoted interval is the statistical one.
 //!
-//! Where the data bound the parameter on one side, `at least` or `at most` replaces the interval. The standard error
-//! is then absent. With a lower bound the value is absent too. Without value and lower bound the cell of the value is
-//! `not identifiable`. Pages of fits, designs and comparisons use it; output is HTML.
+//! Where the data bound the parameter on one side, `at least` or `at most` replaces the interval. The standard error is
+//! then absent. With a lower bound the value is absent too. Without value and lower bound the cell of the value is
+//! `not identifiable`. Pages of fits, designs and comparisons use it. Output: HTML.
 
 use crate::fit::{Estimate, QuotedEstimate, QuotedInterval, interval_heading};
 use crate::page::html::{escaped, note};
@@ -19,8 +18,8 @@ use crate::page::table::HtmlTable;
 /// The cell in the place of the value of a parameter that the data do not determine.
 pub(super) const NOT_IDENTIFIABLE: &str = "<td class=\"bad\">not identifiable</td>";
 
-/// The unit with prefix for an estimate, by the size of its one-sided lower bound, else its value unless zero, else its
-/// upper bound.
+/// The unit with a prefix for an estimate, by the size of its one-sided lower bound, else of its value unless that is
+/// zero, else of its upper bound.
 pub(super) fn estimate_scale(e: &Estimate) -> Scale {
     let size = e.lower95.or(e.value.filter(|value| *value != 0.0)).or(e.upper95);
     Scale::for_size(size.unwrap_or(0.0), e.name.unit())
@@ -84,7 +83,7 @@ pub(super) fn estimate_table(
     table.render() + &note(&escaped(basis))
 }
 
-/// The unit with prefix of a row, by its size.
+/// The unit with a prefix in which the numbers of a row are displayed, by the size of the row.
 fn scale(row: &QuotedEstimate) -> Scale {
     Scale::for_size(row.size(), &row.unit)
 }

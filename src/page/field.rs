@@ -1,10 +1,10 @@
 //! The page of a fit of parameters that vary along the rod (`[[field]]`).
 //!
-//! Input is the report of the fit. The first card has convergence, numbers of values and of determined combinations,
-//! the RMS residual and the warnings. Sections have a plot of each distributed parameter over the arc length, single
+//! Input: the report of the fit. The first card has convergence, numbers of values and of determined combinations, the
+//! RMS residual and the warnings. Sections have a plot of each distributed parameter over the arc length, single
 //! parameters, and the residuals. A plot has the 95 % interval of each value. Its caption has the number of values that
-//! the data determine: those with a standard error below `DETERMINED` of the prior's. Output is a self-contained HTML
-//! page.
+//! the data determine: those with a standard error below `DETERMINED` of the standard deviation of the prior. Output: a
+//! self-contained HTML page.
 
 use crate::fit::{FieldEstimate, FieldReport, SingleEstimate};
 use crate::page::card::{MessageList, card};
@@ -19,8 +19,8 @@ use crate::summary::Tone;
 
 /// Half the width of a 95 % interval, in standard errors.
 const COVERAGE_FACTOR: f64 = 1.96;
-/// Largest ratio of a standard error to the standard deviation of the prior at which a value counts as determined by
-/// the data.
+/// Ratio of a standard error to the standard deviation of the prior below which a value counts as determined by the
+/// data.
 const DETERMINED: f64 = 0.5;
 
 /// A self-contained HTML page of a fit of values along the rod. `title` names the fit, such as its file.
@@ -53,7 +53,8 @@ fn first_card(report: &FieldReport) -> String {
 }
 
 /// The figure of a distributed parameter over the arc length, with the 95 % intervals (1.96 standard errors) by data
-/// and prior together. The caption counts the values whose standard error is below [`DETERMINED`] of the prior's.
+/// and prior together. The caption has the number of values whose standard error is below [`DETERMINED`] of the
+/// standard deviation of the prior.
 fn field(field: &FieldEstimate) -> String {
     let values = Scale::for_values(field.values.iter().copied(), &field.unit);
     let arc_lengths = Scale::for_values(field.arc_lengths.iter().copied(), "m");

@@ -1,6 +1,6 @@
 //! Figures in HTML: the drawing of a chart with its title, legend, caption and a link to its data as CSV.
 //!
-//! Input of [`figure`] is one chart with its title and name (text) and caption (HTML). The name, unique on the page, is
+//! Input of [`figure`]: one chart with its title and name (text) and caption (HTML). The name, unique on the page, is
 //! that of the CSV file; a chart without data has no link. [`row`] places several figures side by side, and is empty
 //! without figures. Colors of observed and simulated data are CSS variables of the page, also those of several series
 //! ([`series_color`]), which repeat after the sixth. All sections with charts use this module.

@@ -1,8 +1,9 @@
 //! The page of a fit of single parameters.
 //!
-//! Input is its report. The first card has the grade, the estimates with intervals and the warnings. Sections follow on
-//! parameters, residuals, prediction errors, discretization error, uncertainty budget, undetected bias, omitted
-//! effects, correlations, likelihood profiles, search, trajectory and settings. Output is a self-contained HTML page.
+//! Input: the report of the fit. The first card has the grade, the estimates with intervals and the warnings. Sections
+//! follow on parameters, residuals, prediction errors, discretization error, uncertainty budget, undetected bias,
+//! omitted effects, correlations, likelihood profiles, search, trajectory and settings. Output: a self-contained HTML
+//! page.
 
 use crate::code::Code;
 use crate::fit::{FitReport, interval_content, quoted_estimates};
@@ -59,8 +60,8 @@ pub fn fit_page(report: &FitReport, title: &str) -> String {
 }
 
 /// The first card, HTML: grade, verdict and status, estimates with their quoted intervals, and lists of warnings, of
-/// parameters that are not identifiable, and of likely omitted effects that no warning has. Its color is that of the
-/// grade.
+/// parameters that are not identifiable, and of likely omitted effects that no warning contains. Its color is that of
+/// the grade.
 fn first_card(report: &FitReport) -> String {
     let grade = capitalized(&report.grade.to_string());
     let headline = with_explanation(&report.grade.code().behind(&grade));

@@ -1,14 +1,15 @@
 //! HTML elements of the pages: escaped text, headed sections, folded parts, lists, and messages with the explanation of
 //! their code.
 //!
-//! Functions return HTML; headings and messages are text and escaped, contents are HTML already. All page modules use
-//! them.
+//! Functions return HTML; headings and messages are text, which they escape, and contents are HTML already. All page
+//! modules use them.
 //!
 //! - `section` and `subsection` have a heading, `note` is a small paragraph, `folded` a part below a summary line.
 //!   `list` folds the entries beyond `SHOWN_ENTRIES`, except a single one. Sections, notes and lists without content
 //!   are an empty string, so that a page leaves them out.
 //! - `no_data` is a paragraph with the reason why data are missing.
-//! - `with_explanation` takes a message. If it ends with a known code in brackets, it unfolds the code's explanation.
+//! - `with_explanation` converts a message. If that ends with a known code in brackets, a click on it unfolds the
+//! explanation of the code.
 //! - `escaped`, `capitalized` (first letter) and `percent_encoded` (for links) convert text.
 
 use crate::code::explained;

@@ -1,12 +1,12 @@
 //! HTML pages of results, one function per kind: fit, field fit, prediction, simulation of a rod or a structure,
 //! study, design, comparison of fits.
 //!
-//! Input is a report of the library, for simulations also a film of the motion. Output is one HTML file with style,
-//! charts (SVG), tables, CSV data and, for motions, an animation. It opens offline, without scripts, fonts or links
-//! from elsewhere; control characters in names are escaped. Each kind has a file of its name. Sections are `card`,
-//! `estimate`, `parameters`, `residuals`, `recordings`, `discretization`, `budget`, `effects`, `correlation`,
-//! `profile`, `search`, `trajectory`, `snapshots`, `player` and `settings`. They use `chart` with `plotted`, `drawing`
-//! and `csv`, `figure`, `table`, `plane`, `number` and `html`.
+//! Input: a report of the library, for simulations also the stored frames of the motion. Output: one HTML file with
+//! style, charts (SVG), tables, CSV data and, for motions, an animation. It opens offline, without scripts, fonts or
+//! links from elsewhere; control characters in names are escaped. Each kind of page has a module of its name. Modules
+//! of sections are `card`, `estimate`, `parameters`, `residuals`, `recordings`, `discretization`, `budget`, `effects`,
+//! `correlation`, `profile`, `search`, `trajectory`, `snapshots`, `player` and `settings`. They use `chart` with
+//! `plotted`, `drawing` and `csv`, `figure`, `table`, `plane`, `number` and `html`.
 
 mod budget;
 mod card;

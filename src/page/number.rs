@@ -6,17 +6,15 @@
 //! ten, and numbers that are not finite are a dash. Minus signs and exponents are typographic. All sections of pages
 //! use these functions; CSV files have plain numbers instead.
 //!
-//! `Scale::for_size` and `Scale::for_values` (largest absolute value) choose a prefix; `Scale::format` and
-//! `Scale::format_with_unit` write an SI value, with the decimals of its error. `quantity` is an SI value with a unit,
-//! `percent` a fraction in per cent, both also with a plus sign (`signed_..`). `three_digits` and `scientific` (with a
-//! power of ten) are numbers without a unit. `with_minus_sign` and `superscripts` convert characters. [`MISSING`] is
-//! the dash.
+//! `Scale::for_size` and `Scale::for_values` choose the prefix; `Scale::format` writes an SI value with the decimals of
+//! its error. `quantity` and `percent` write an SI value with a unit and a fraction in per cent with three digits,
+//! `signed_quantity` and `signed_percent` with a plus sign too. [`MISSING`] is the dash.
 
-/// Symbols of SI units that take prefixes. Masses are displayed in grams where a prefix is needed.
+/// Symbols of SI units that take prefixes; kilograms are converted to grams before.
 const PREFIXED: [&str; 9] = ["m", "s", "Pa", "Hz", "N", "rad", "J", "W", "g"];
-/// Units whose prefix always follows the size; others only outside [`PLAIN`].
+/// Units whose prefix always follows from the size; that of others does so only for sizes outside [`PLAIN`].
 const ALWAYS_PREFIXED: [&str; 7] = ["m", "s", "Pa", "Hz", "N", "rad", "J"];
-/// Sizes that are displayed without a prefix in all other units, and without a power of ten.
+/// Sizes that are displayed without a prefix in all other units, and in three digits without a power of ten.
 const PLAIN: std::ops::Range<f64> = 1e-3..1e5;
 /// Prefixes from 10^-12 to 10^12, in steps of a thousand.
 const PREFIXES: [&str; 9] = ["p", "n", "\u{b5}", "m", "", "k", "M", "G", "T"];
@@ -30,14 +28,17 @@ pub(super) const MISSING: &str = "\u{2013}";
 /// The factor by which SI values are divided for display, and the unit of the quotients.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Scale {
+    /// SI value of one displayed unit.
     pub factor: f64,
+    /// The displayed unit with its prefix and typographic exponents; empty for pure numbers.
     pub unit: String,
 }
 
 impl Scale {
-    /// The scale for SI numbers of this size: a prefix from 1e-12 to 1e12, where the first symbol of the unit takes
-    /// one. It keeps the number between 1 and 1000 (1e6 for a square, as in m^2). Units outside [`ALWAYS_PREFIXED`]
-    /// have no prefix for sizes in [`PLAIN`]. Factor 1 for zero and NaN.
+    /// The scale for SI numbers of this size: a prefix from 1e-12 to 1e12, if the first symbol of the unit is one of
+    /// [`PREFIXED`]. With it the number is from 1 to below 1000 (1e6 for a square, as in m^2), unless a larger or
+    /// smaller prefix would be needed. Units outside [`ALWAYS_PREFIXED`] have no prefix for sizes in [`PLAIN`]. The
+    /// factor is 1 for zero, NaN and infinity.
     pub fn for_size(size: f64, unit: &str) -> Self {
         let size = size.abs();
         let plain = Self { factor: 1.0, unit: with_superscripts(unit) };
@@ -70,8 +71,8 @@ impl Scale {
     }
 
     /// An SI value as a number in this unit, without the unit, with decimals down to the second digit of its SI
-    /// `error`. Without an error it has five significant digits, or more in front of the decimal point. A power of ten
-    /// outside of 1e-6 to 1e7. [`MISSING`] unless the value is finite.
+    /// `error`. Without an error it has five significant digits, or more in front of the decimal point. Absolute
+    /// numbers below 1e-6 or from 1e7 on have a power of ten. [`MISSING`] unless the value is finite.
     pub fn format(&self, value: f64, error: Option<f64>) -> String {
         let value = value / self.factor;
         let decimals = match error.map(|e| (e / self.factor).abs()) {

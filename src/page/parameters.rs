@@ -1,11 +1,10 @@
 //! The section "Parameters" of a page of a fit: value and all intervals of each parameter, with its prior, and bounds
 //! and start value if plot data were kept.
 //!
-//! Input is the report of the fit. Intervals are the expanded and the statistical one, those between experiments
-//! (cluster jackknife), by observed information, by profile likelihood and by bootstrap, where computed. A second
-//! table has the estimates by each of several experiments, for parameters whose estimates differ by more than noise.
-//! A third one has ratios such as stiffness over density that the data determine without the density. Output is HTML
-//! tables.
+//! Input: the report of the fit. Intervals are the expanded and the statistical one, those between experiments (cluster
+//! jackknife), by observed information, by profile likelihood and by bootstrap, where computed. A second table has the
+//! estimates by each of several experiments, for parameters whose estimates differ by more than noise. A third one has
+//! ratios such as stiffness over density that the data determine without the density. Output: HTML tables.
 
 use crate::fit::{Estimate, FitReport, QuotedEstimate, compared_estimates};
 use crate::page::chart::labeled;
@@ -27,8 +26,8 @@ fn own_interval(e: &Estimate, ends: [f64; 2]) -> String {
     interval(ends, e.std_error, &estimate_scale(e))
 }
 
-/// The value with the digits of its standard error, as HTML: `no error` without that, a dash beside a one-sided lower
-/// bound, else `not identifiable`.
+/// The value as HTML, with the digits of its standard error, or with `no error` if it has none. Without a value a dash
+/// if there is a one-sided lower bound, else `not identifiable`.
 fn value_cell(e: &Estimate) -> String {
     let scale = estimate_scale(e);
     match (e.value, e.std_error) {

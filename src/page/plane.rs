@@ -1,13 +1,14 @@
 //! Selection of the coordinate planes in which a rod is drawn: the one or two with the largest extents of its points.
 //!
-//! Input are the points of all drawn shapes, m. A plane is left out if one of its extents is at most `FLAT` of the
-//! largest; the x-y plane is drawn if none remains. [`planes`] returns pairs of axes; [`range`] is the smallest and
-//! largest of numbers, for axes too. Pages of simulations, fits and predictions draw in these planes.
+//! Input: the points of all drawn shapes, m. Planes rank by the larger of the two extents of the points in them, then
+//! by the smaller. A plane is left out if one of its extents is at most `FLAT` of the largest of all; the x-y plane is
+//! drawn if none remains. [`planes`] returns one or two pairs of axes; [`range`] is the smallest and largest of
+//! numbers, for axes too. Pages of simulations, fits and predictions draw in these planes.
 
 use crate::numerics::total_order;
 use std::cmp::Reverse;
 
-/// Coordinates whose extent is below this part of the largest extent are not drawn. It separates rounding errors from
+/// Coordinates whose extent is at most this part of the largest extent are not drawn. It separates rounding errors from
 /// motion.
 const FLAT: f64 = 1e-6;
 /// Names of the world axes.

@@ -1,10 +1,11 @@
 //! The animation of a simulated motion on a page: a canvas, controls, the motion as JSON, and a script that draws it.
 //!
-//! Input are the frames, m, the samples of the tip, and the drawn planes. Positions are rounded to integers up to
-//! [`LARGEST_COORDINATE`] by a [`DrawingGrid`], with one scale for all axes, which keeps the page small. A motion with
-//! a single plane is drawn in it; others can be rotated, with the world axis that has the largest component of gravity
-//! upwards. The speed selected first is that at which the motion takes closest to `FIRST_DURATION`. Output is HTML:
-//! [`player`] for the page of a rod, [`motion_player`] for that of a structure; without scripts it has a note.
+//! Input: the frames (nodes, m, at stored times), the samples of the tip, and the drawn planes. Positions are rounded
+//! to integers up to [`LARGEST_COORDINATE`] by a [`DrawingGrid`], with one scale for all axes, which keeps the page
+//! small. A motion with a single plane is drawn in it; others can be rotated, with the world axis that has the largest
+//! component of gravity upwards. The speed selected first is that at which the motion takes closest to
+//! `FIRST_DURATION`. Output: HTML, by [`player`] for the page of a rod and [`motion_player`] for that of a structure;
+//! without scripts it has a note.
 
 use crate::dynamics::{Film, FilmSample, Frame, SimulationReport};
 use crate::page::html::{capitalized, escaped};
@@ -25,13 +26,13 @@ const SPEEDS: [f64; 15] =
 
 /// The transformation of positions, m, to integer coordinates of the drawing.
 struct DrawingGrid {
-    /// World axis of each coordinate.
+    /// World axis (0 x, 1 y, 2 z) of each coordinate of the drawing.
     axes: Vec<usize>,
-    /// Sign of each coordinate.
+    /// Sign of each coordinate: -1 if it is opposite to its world axis.
     signs: Vec<f64>,
-    /// Smallest value of each coordinate, m.
+    /// Smallest value of each coordinate, with its sign, m.
     low: Vec<f64>,
-    /// Largest integer of each coordinate.
+    /// Extent of each coordinate in integer steps.
     extent: Vec<f64>,
     /// Length of one integer step, m.
     cell: f64,
@@ -39,7 +40,9 @@ struct DrawingGrid {
 
 /// A motion that is played. Nodes that are not finite separate the lines of several rods.
 pub(super) struct PlayedMotion<'a> {
+    /// Positions of all nodes at the stored times.
     pub frames: &'a [Frame],
+    /// Position of the tip at the stored samples.
     pub samples: &'a [FilmSample],
     /// Length of the rod, m.
     pub length: f64,
@@ -84,7 +87,7 @@ impl DrawingGrid {
         Self { axes, signs, low, extent, cell }
     }
 
-    /// The integer coordinates of a position, m, as text separated by commas.
+    /// The integer coordinates of a position, m, as text separated by commas; `null` for those that are not finite.
     fn coordinates(&self, x: &[f64; 3]) -> String {
         let integer = |k: usize| {
             let place = (self.signs[k] * x[self.axes[k]] - self.low[k]) / self.cell;
@@ -174,8 +177,8 @@ pub(super) fn player(
     motion_player(&motion, planes)
 }
 
-/// The player of a motion of one or several rods as HTML, as [`player`]. In space the data have three coordinates,
-/// which the script rotates; with a single plane two.
+/// The player of a motion of one or several rods as HTML, as [`player`]. With a single plane the data have two
+/// coordinates, else three, which the script rotates.
 pub(super) fn motion_player(motion: &PlayedMotion<'_>, planes: &[DrawingPlane]) -> String {
     // Three coordinates: the script rotates the rod about the axis of gravity.
     let grid = DrawingGrid::new(motion, planes);

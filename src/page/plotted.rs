@@ -1,7 +1,7 @@
 //! The plotted data of a chart as header and rows of a CSV file, in the units of the axes.
 //!
-//! Input are the points of all named series in the order of plotting, with their 95 % intervals. [`csv_rows`] selects
-//! one of three layouts. If the y axis has names, each point has a row that begins with its name. Series with the same
+//! Input: the points of all named series in the order of plotting, with their 95 % intervals. [`csv_rows`] selects one
+//! of three layouts. If the y axis has names, each point has a row that begins with its name. Series with the same
 //! abscissas and without intervals have a column each. Other series stand one below the other, with their name in the
 //! first column. Intervals have two further columns, empty where a point has none. Without data there are no rows.
 

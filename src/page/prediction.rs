@@ -1,9 +1,9 @@
 //! The page of predictions of validation data (`rodfit predict`).
 //!
-//! Input is a validation report, with plot data if they were kept. The first card has mean, median and worst of the
-//! mean errors of the measurements in each unit, failed experiments and warnings. Sections follow with the errors of
-//! each measurement and free-run errors of recordings; with plot data also residuals, the rod with the observed points,
-//! and settings. Output is a self-contained HTML page.
+//! Input: a validation report, with plot data if they were kept. The first card has mean, median and worst of the mean
+//! errors of the measurements in each unit, failed experiments and warnings. Sections follow with the errors of each
+//! measurement and free-run errors of recordings; with plot data also residuals, the rod with the observed points, and
+//! settings. Output: a self-contained HTML page.
 
 use crate::fit::{MeasurementError, ValidationReport};
 use crate::page::card::{MessageList, card};
@@ -36,7 +36,7 @@ pub fn prediction_page(report: &ValidationReport, title: &str) -> String {
 }
 
 /// The first card, HTML: a table of mean, median and worst of the mean errors of the measurements in each unit, and as
-/// warnings the failed experiments and those of the report. Good without any, else doubtful.
+/// warnings the failed experiments and those of the report. Its severity is good without any, else doubtful.
 fn first_card(report: &ValidationReport) -> String {
     let table = HtmlTable::new("summary of the prediction errors", &report.summary)
         .id("answer")

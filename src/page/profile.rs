@@ -1,9 +1,10 @@
 //! The section "Likelihood profiles" of a page of a fit: the rise of twice the misfit, over the noise variance, along
 //! one parameter, all others at their optimum.
 //!
-//! Input are the profiles that the fit computed, if any. The values at which the rise crosses the 95 % level of
-//! chi-squared are the ends of the profile interval. Between the fits with a fixed parameter the signed square root
-//! of the rise is interpolated linearly. Output is a figure for each profile as HTML, empty without profiles.
+//! Input: the profiles that the fit computed, if any. The ends of the profile interval are where the rise crosses the
+//! 95 % level (the squared coverage factor). Between the fits with a fixed parameter the signed square root of the rise
+//! is interpolated linearly; its sign is that of the distance from the estimate. Output: a figure for each profile as
+//! HTML, empty without profiles.
 
 use crate::fit::{FitReport, Profile};
 use crate::page::chart::{ChartAxis, PageChart, Points};

@@ -1,11 +1,11 @@
 //! The section "Free-run prediction errors": of recordings that prescribe the ends of a rod, whose other markers are
 //! predicted.
 //!
-//! Input are the errors of fitted and validation recordings, m, over all markers, those of the ends included. A table
-//! has mean, median and worst of the recordings' mean errors for both kinds, a folded list the mean error of each. If
+//! Input: the errors of fitted and validation recordings, m, over all markers, those of the ends included. A table has
+//! mean, median and worst of the mean errors of the recordings for both kinds, a folded list the mean error of each. If
 //! plot data were kept, plots show the mean error over the length of the simulated window, s, and over the speed of the
 //! markers, m/s. Up to `DRAWN_RECORDINGS` validation recordings (fitted ones without any), evenly spaced in rank from
-//! the best to the worst, are drawn as rod and markers at a dozen times. Output is HTML.
+//! the best to the worst, are drawn as rod and markers at a dozen times. Output: HTML.
 
 use crate::fit::{MeanError, RecordedMotion, RecordingError, RecordingErrors, RecordingPlots};
 use crate::numerics::total_order;
@@ -95,9 +95,10 @@ fn validation_suffix(is_validation: bool) -> &'static str {
     if is_validation { ", validation" } else { "" }
 }
 
-/// Mean errors at one abscissa (in SI units): of fitted recordings, and of validation recordings.
+/// Mean errors of fitted recordings, and of validation recordings, at one abscissa (in SI units).
 struct MeanErrors {
     abscissa: f64,
+    /// Fitted first, then validation; none without values.
     errors: [Option<MeanError>; 2],
 }
 

@@ -1,13 +1,13 @@
 //! The section "Residuals": observed and simulated values, residuals over sigma, their autocorrelation, and their
 //! tests.
 //!
-//! Input are the series of the plot data, and of fits the report and the tests. Each coordinate of an observation has
-//! two charts (values; residuals) over time, arc length, load, or the number of a mode or reading. Beside them are a
-//! chart of the autocorrelation with the 95 % band of white noise, and of fits p-values of Ljung-Box, Anderson-Darling
-//! and trend tests. Coordinates whose residuals are all zero are left out, unless all are. Of more than [`MAX_SERIES`]
+//! Input: the series of the plot data, and of fits the report and the tests. Each coordinate of an observation has two
+//! charts (values; residuals) over time, arc length, load, or the number of a mode or reading. Beside them are a chart
+//! of the autocorrelation with the 95 % band of white noise, and of fits p-values of Ljung-Box, Anderson-Darling and
+//! trend tests. Coordinates whose residuals are all zero are left out, unless all are. Of more than [`MAX_SERIES`]
 //! coordinates only the [`WORST_SERIES`] with the largest residuals are drawn. Notes (`summary`) have the RMS residual,
-//! down-weighted and omitted data, and errors of validation data. Pages of fits, field fits and predictions use it;
-//! output is HTML.
+//! down-weighted and omitted data, and errors of validation data. Pages of fits, field fits and predictions use it.
+//! Output: HTML.
 
 use crate::fit::{Abscissa, FitReport, ResidualTests, Series};
 use crate::numerics::total_order;
@@ -91,8 +91,8 @@ pub(super) fn all_series(series: &[Series], tests: Option<&[ResidualTests]>) -> 
     }
 }
 
-/// The charts of coordinates under the names of their observations (HTML). Each has the table of its tests, those along
-/// the normal for center lines, or a note without one; nothing if `tests` is `None`.
+/// The charts of coordinates under the names of their observations (HTML). Each has the table of its tests (for center
+/// lines of the test along their normal), or a note if there is none; without `tests` it has neither.
 fn observations(shown: &[&Series], tests: Option<&[ResidualTests]>) -> String {
     let mut html = String::new();
     for observation in shown.chunk_by(|a, b| name(a, ": ") == name(b, ": ")) {
@@ -139,8 +139,8 @@ fn drawn_series(series: &[Series]) -> Vec<&Series> {
 
 /// The charts of one coordinate (data and model, residuals over sigma, autocorrelation) and the HTML of its `tests`
 /// below the last one. The abscissa is time, arc length, load, or the number of a mode or reading, which has whole
-/// ticks. The model is a line, its stored curve if there is one, and dots over numbers. Residuals are model minus data,
-/// over a band of 2 sigma.
+/// ticks. The model is a line through its stored curve, or through the simulated values without one; over numbers it is
+/// dots. Residuals are model minus data, over a band of 2 sigma.
 fn coordinate(series: &Series, tests: &str) -> String {
     let (unit, quantity) = match series.abscissa {
         Abscissa::Time => ("s", "time"),
@@ -203,8 +203,8 @@ fn coordinate(series: &Series, tests: &str) -> String {
     )
 }
 
-/// The chart of the autocorrelation over the lag with the 95 % band of white noise, 1.96 over the root of their number;
-/// `None` for fewer than four residuals.
+/// The chart of the autocorrelation of residuals over the lag with the 95 % band of white noise, `+-1.96/sqrt(n)` for
+/// `n` residuals; `None` for fewer than four.
 fn autocorrelation_chart(residuals: &[f64]) -> Option<PageChart> {
     let lags = autocorrelation(residuals);
     let band = 1.96 / (residuals.len() as f64).max(1.0).sqrt();

@@ -1,10 +1,11 @@
 //! The section "Global scan and local minima" of a page of a fit.
 //!
-//! Input are the report and, if kept, the plot data. The summary of the report on local minima comes first. A figure
-//! for each scanned parameter shows the misfit of the scan relative to its lowest. Another one shows the convergence:
-//! the RMS residual relative to the last one, over the cost in full simulations, with a line for each stage. If at
-//! least two local minima were found, a table lists their values, their misfit relative to the lowest, and the stage
-//! that found them. Parameters that are not identifiable are left out of it. Output is HTML.
+//! Input are the report and, if kept, the plot data. First is the summary of the report on local minima, if it has one.
+//! With plot data a figure for each scanned parameter shows the misfit of the scan relative to its lowest. Another one
+//! shows the convergence: the RMS residual relative to the last one, over the cost in full simulations, with a line for
+//! each stage. If at least two local minima were found, a table lists their values, their misfit over the lowest one of
+//! the same model, and the stage that found them. Parameters that are not identifiable are left out of it. Output is
+//! HTML.
 
 use crate::fit::{FitReport, Landscape, LocalMinimum, MinimumSource, PlotData};
 use crate::numerics::total_order;
@@ -17,13 +18,14 @@ use crate::page::table::HtmlTable;
 
 /// Local minima in the table that are shown at once; further ones are folded.
 const SHOWN_MINIMA: usize = 5;
-/// Stages of a search in their order, as the report names them. On the page the first is the "global scan".
+/// Stages of a search in their order, as the report names them. On the page the first is the "global scan", the third
+/// the "growing part of the record".
 const STAGES: [&str; 4] = ["scan", "coarse model", "growing horizon", "full model"];
 /// A scan whose largest value exceeds its smallest by this ratio has a logarithmic axis.
 const LOG_RATIO: f64 = 20.0;
 
-/// The content of the section as HTML: the summary sentence, figures of scans and convergence if plot data were kept,
-/// and the table of local minima.
+/// The content of the section as HTML: the summary sentence, then with plot data the figures of scans and convergence,
+/// and the table of local minima if there are two or more.
 pub(super) fn search(report: &FitReport, plots: Option<&PlotData>) -> String {
     let summary = &report.local_minima.summary;
     let mut html = match summary.is_empty() {
@@ -42,8 +44,8 @@ pub(super) fn search(report: &FitReport, plots: Option<&PlotData>) -> String {
     html + &minima(report, is_static)
 }
 
-/// The figure of the RMS residual, relative to the last one, over the cost in full simulations, with a line for every
-/// stage of the search; empty without iterations.
+/// The figure of the RMS residual, relative to the last one of the history, over the cost in full simulations. Each
+/// stage of the search has a line with dots, in the order of the cost. Empty without iterations.
 fn convergence(plots: &PlotData) -> String {
     let Some(last) = plots.history.last().map(|last| last.rms()) else { return String::new() };
     let mut iterates: Vec<_> = plots.history.iter().collect();
@@ -63,8 +65,9 @@ fn convergence(plots: &PlotData) -> String {
 }
 
 /// The figure of the scan's misfit, relative to its lowest, over one parameter, with its estimate `value` as a dashed
-/// line. `is_static`: the fit has no motion, so that the scanned model is a coarse mesh; otherwise it covers the first
-/// period only. The x axis is logarithmic for positive values over a ratio above [`LOG_RATIO`].
+/// line. `is_static`: the fit has no motion, so that the scanned model is a coarse mesh; otherwise the scan covers the
+/// first period only. The misfit is on a logarithmic axis, the parameter too if all its values are positive and their
+/// ratio exceeds [`LOG_RATIO`]. The caption notes an estimate more than one step of the scan beside the lowest value.
 fn scan_figure(landscape: &Landscape, value: Option<f64>, is_static: bool) -> String {
     let Landscape { label, name, values, misfit, .. } = landscape;
     let [smallest, largest] = range(values.iter().copied());
@@ -98,8 +101,8 @@ fn scan_figure(landscape: &Landscape, value: Option<f64>, is_static: bool) -> St
     )
 }
 
-/// Whether a value lies more than one step of the scan away from the value with the lowest misfit; false without a
-/// complete scan.
+/// Whether a value lies outside the interval between the two neighbors of the scan's value with the lowest misfit. At
+/// the edge of the scan the interval ends there. False without a scan, or if values and misfits differ in number.
 fn is_beside_minimum(landscape: &Landscape, value: f64) -> bool {
     let Landscape { values, misfit, .. } = landscape;
     let lowest = (0..misfit.len()).min_by(|i, j| misfit[*i].total_cmp(&misfit[*j]));
@@ -109,8 +112,9 @@ fn is_beside_minimum(landscape: &Landscape, value: f64) -> bool {
     !(values[low]..=values[high]).contains(&value)
 }
 
-/// The HTML table of the local minima, the reported one marked, rows beyond [`SHOWN_MINIMA`] folded. Empty if fewer
-/// than two were found. Parameters that are not identifiable are left out.
+/// The HTML table of the local minima: number or "reported", values of the identifiable parameters with units, misfit
+/// over the lowest one, and source. Rows beyond [`SHOWN_MINIMA`] are folded. Empty if fewer than two were found. A note
+/// follows if estimates were corrected for the discretization error, since these values are not.
 fn minima(report: &FitReport, is_static: bool) -> String {
     let list = &report.local_minima.list;
     if list.len() < 2 {
@@ -142,8 +146,8 @@ fn minima(report: &FitReport, is_static: bool) -> String {
         })
 }
 
-/// The stage of the search that found a local minimum, as text: a fit of the whole record, or the scan, whose model is
-/// a coarse mesh if `is_static` and the first period otherwise.
+/// The source of a local minimum as text: a fit of the whole record, with a remark if it did not converge, or the scan.
+/// The model of the scan is a coarse mesh if `is_static`, and the first period otherwise.
 fn source(minimum: &LocalMinimum, is_static: bool) -> &'static str {
     match minimum.found_by {
         MinimumSource::Fit if minimum.converged => "fit of the whole record",

@@ -3,15 +3,15 @@
 //!
 //! Input are the settings of all experiments. [`settings`] returns one table of keys and texts, experiment after
 //! experiment. Rows are name, scene, measurements (numbers of points and values, stated keys), model, scheme, time step
-//! and end, number and length of segments. Keys without a text are left out. Pages add rows of their own and render the
-//! table as HTML.
+//! and end, number and mean length of segments. Rows without a value, such as the time step of an equilibrium, are left
+//! out. Pages add rows of their own and render the table as HTML.
 
 use crate::fit::{Measured, Recording, SimulationSettings, Vertical};
 use crate::page::number::{quantity, three_digits};
 use crate::page::table::KeyTable;
 
-/// The rows of all experiments as keys with texts: experiment, scene, measurements, model, scheme, time step and mesh.
-/// Keys without a text are left out.
+/// The rows of all experiments, one experiment after the other, as keys with texts: experiment, scene, each
+/// measurement, model, scheme, time step, and mesh. Rows without a value are left out; a motion has both step and end.
 pub(super) fn settings(all: &[SimulationSettings]) -> KeyTable {
     let mut table = KeyTable::default();
     for settings in all {

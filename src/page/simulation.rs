@@ -28,11 +28,13 @@ use std::path::Path;
 
 /// Most shapes that are drawn side by side.
 const MAX_SNAPSHOTS: usize = 12;
-/// Error that sets the digits of the tip's positions, in the displayed unit: one decimal more than 0.1 needs.
+/// Error of the displayed positions of the tip, in the displayed unit: numbers show the second digit of it, a
+/// hundredth.
 const DISPLAYED_ERROR: f64 = 0.1;
 
 /// A self-contained HTML page of a simulation, from its report, its film (stored frames and samples) and its problem,
-/// with a script of its own that plays the motion. `title` names the simulation, for example its scene file.
+/// with a script of its own that plays the motion. `title` names the simulation, for example its scene file. Without
+/// stored frames it has the first card and the settings only.
 pub fn simulation_page(
     report: &SimulationReport,
     film: &Film,

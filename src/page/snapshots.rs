@@ -2,10 +2,10 @@
 //! dots.
 //!
 //! [`strip`] draws a list of [`DrawnSnapshot`] (positions in m, caption in HTML) in one coordinate plane. The width of
-//! a drawing is the whole width of the motion, or half its height if that is larger. Nodes that are not finite are left
-//! out and separate lines, as those of several rods. Output is HTML with a line that has the plane and the width of a
-//! drawing, or a note without finite points. Pages of simulations, and sections on recordings, use it; shapes are
-//! visible without scripts and on paper.
+//! a drawing is the whole width of the motion, or half its height if that is larger. Nodes with NaN are left out and
+//! separate lines; films of structures have them between two rods. Output is HTML with a line that has the plane and
+//! the width of a drawing, or a note if there are no points or infinite ones. Pages of simulations, and sections on
+//! recordings, use it; shapes are visible without scripts and on paper.
 
 use crate::page::html::{escaped, no_data};
 use crate::page::number::quantity;
@@ -32,8 +32,8 @@ pub(super) struct DrawnSnapshot<'a> {
 
 /// All snapshots projected on one plane, on one scale, as HTML, with a line that has the plane and the width of a
 /// drawing. The width of a drawing is the whole width of the motion, or half its height if that is larger. `name` is
-/// that of the rod, as text; `key` explains the colors, in HTML. A note without finite points. Nodes that are not
-/// finite are left out.
+/// that of the rod, as text; `key` explains the colors, in HTML. Nodes with NaN are left out and separate lines. A note
+/// in place of the drawings if there are no points or infinite ones.
 pub(super) fn strip(
     snapshots: &[DrawnSnapshot],
     plane: DrawingPlane,

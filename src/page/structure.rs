@@ -17,7 +17,8 @@ use crate::page::table::HtmlTable;
 use crate::structure::{Structure, StructureFilm, StructureReport};
 
 /// A self-contained HTML page of a simulation of a structure. The film has the stored frames (nodes of all rods) and
-/// samples (energies, tip of the last rod). `title` names the simulation, for example its scene file.
+/// samples (energies, tip of the last rod). `title` names the simulation, for example its scene file. Without stored
+/// frames it has the first card and the settings only.
 pub fn structure_page(
     structure: &Structure,
     report: &StructureReport,

@@ -15,8 +15,8 @@ use crate::page::table::HtmlTable;
 use crate::study::{Study, StudyRow, scheme_name};
 use crate::summary::Tone;
 
-/// A self-contained HTML page of a study: the fastest settings for each error first, then the work-precision plot and
-/// all runs, folded. `scene` names the scene.
+/// A self-contained HTML page of a study: the fastest settings for each error first, then the work-precision plot and a
+/// folded table of all runs. `scene` names the scene.
 pub fn study_page(study: &Study, scene: &str) -> String {
     let reference = format!(
         "The reference is extrapolated from finer meshes than any other. Its own error is at most {} of the length.",

@@ -2,8 +2,8 @@
 //! points.
 //!
 //! Both are projected on the one or two planes of the rod's largest extents. Input are the shapes and series that a fit
-//! or prediction kept for plots, m; each experiment has a figure per plane. Experiments whose recordings are drawn in
-//! another section are left out. Output is HTML.
+//! or prediction kept for plots, m; each experiment has a figure per plane. Experiments with a drawn recording of their
+//! own are left out, as another section shows them. Output is HTML.
 
 use crate::fit::{PlotData, RodShape, Series};
 use crate::page::chart::{ChartAxis, PageChart};

@@ -1,11 +1,11 @@
 //! Contacts of a scene on the mesh of a rod: their energies, and the default stiffness.
 //!
 //! [`rod_contacts`] returns the contacts of a scene: obstacle in the axes of the model, stiffness (N/m^3), losses, and
-//! the parts of all edges that may touch it. The part of an edge behind a wall has none. The force per length is the
-//! stiffness times the square of the overlap. Without a stiffness in the scene that force is `w + E I/L^3` at an
-//! overlap of [`OVERLAP_AT_REST`] radii. `w` is the weight of the rod per length, the other term the line load that
-//! bends it by about a tenth of its length. Section and material are those halfway along the rod, `I` the smaller
-//! second moment.
+//! for each edge the part of it that may touch. The part of an edge behind a wall cannot touch. The force per length is
+//! the stiffness times the square of the overlap. Without a stiffness in the scene it is chosen so that this force is
+//! `w + E I/L^3` at an overlap of [`OVERLAP_AT_REST`] radii. `w` is the weight of the rod per length, the other term
+//! the line load that bends it by about a tenth of its length `L`. Section and material are those halfway along the
+//! rod, `I` the smaller second moment.
 
 use crate::energy::adapter::Chart;
 use crate::energy::overlap::ContactPart;
@@ -19,9 +19,9 @@ use crate::scene::mesh::Mesh;
 /// Overlap, over the radius of the rod, at which a contact of the default stiffness carries the weight of the rod.
 const OVERLAP_AT_REST: f64 = 0.005;
 
-/// The parts of all edges of a mesh that may be in a contact, in the order of the edges. A part has the arc length of
-/// the middle, m, the length, m, the fractions of the edge between which it is outside of walls, and the radius of the
-/// rod, m.
+/// For each edge of a mesh, in their order, the part of it that may be in a contact. A part has the arc length of the
+/// middle of the edge and the length of the edge, m, the fractions of the edge between which it is outside of walls,
+/// and the radius of the rod, m.
 pub(super) fn contact_parts<D: Scalar>(
     contact: &Contact<D>,
     scene: &Scene<D>,
@@ -38,9 +38,9 @@ pub(super) fn contact_parts<D: Scalar>(
     mesh.arc_length.windows(2).map(part).collect()
 }
 
-/// Stiffness of a contact, N/m^3: that of the scene. Without one, a line load of the weight per length plus
-/// `EI/length^3`, with the smaller second moment, makes an overlap of [`OVERLAP_AT_REST`] radii; section and material
-/// are those in the middle. `length` is that of the rod, m.
+/// Stiffness of a contact, N/m^3: that of the scene. Without one it is `(rho A g + E I/length^3)/overlap^2` with an
+/// overlap of [`OVERLAP_AT_REST`] radii and the smaller second moment `I`. Section and material are those halfway along
+/// the rod; `length` is that of the rod, m.
 fn contact_stiffness<D: Scalar>(contact: &Contact<D>, scene: &Scene<D>, length: D) -> D {
     if let Some(stiffness) = contact.given_stiffness() {
         return stiffness;
@@ -60,7 +60,8 @@ fn contact_stiffness<D: Scalar>(contact: &Contact<D>, scene: &Scene<D>, length: 
     (material.density * properties.area * acceleration + bending) / (overlap * overlap)
 }
 
-/// An obstacle of the world, converted to the axes and the origin of the model.
+/// An obstacle of the world in the axes of the model: its point relative to the origin of the model, and its axis.
+/// Kind, radius and length stay.
 fn in_model<D: Scalar>(chart: &Chart<D>, obstacle: &Obstacle<D>) -> Obstacle<D> {
     let ([first, second, third], origin) = match chart {
         Chart::Plane { origin, axes: [x, y], .. } => ([*x, *y, cross(*x, *y)], *origin),

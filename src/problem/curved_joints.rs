@@ -1,13 +1,13 @@
 //! Corrected stiffness of the joints of a polygon that represents a curved rest shape: see [`crate::problem::model`].
 //!
-//! A joint resists bending and twisting about axes that lie along the curve, not along its two edges. Input: nodes
-//! and arc lengths (m), frames of the edges, and integrated curvatures (rad). [`joint_slants`] returns for each
-//! joint the components of the curve's unit tangent (polynomial through the five nearest nodes) along its two
-//! bending axes, the slant. A slant of more than half the turning angle is set to zero: the polygon is too coarse.
-//! [`natural_slant`] converts it to the stress-free shape, with the curvature factor and the natural twist.
-//! [`resistances`] returns three rows of coefficients of the strains, those in which the joint resists with `EI1`,
-//! `EI2` and `GJ`, from the natural curvature and the slant. Zero for both gives [`PLAIN`]. The spatial model
-//! builds the stiffness matrix of the joint from them.
+//! A joint resists bending and twisting about axes that lie along the curve, not along its two edges. Input: nodes and
+//! lengths of arcs between them (m), frames of the edges, and integrated curvatures of the joints. [`joint_slants`]
+//! returns for each joint its slant: the components of the curve's unit tangent (polynomial through the five nearest
+//! nodes) along the two bending axes of the joint. A slant of more than half the turning angle is set to zero: the
+//! polygon is too coarse. [`natural_slant`] converts it to the stress-free shape, with the curvature factor and the
+//! natural twist. [`resistances`] returns three rows of coefficients of the strains: the combinations that the joint
+//! resists with `EI1`, `EI2` and `GJ`, from the natural curvature and the slant. Zero for both gives [`PLAIN`]. The
+//! spatial model builds the stiffness matrix of the joint from them.
 
 use crate::energy::frame::{EdgeFrame, transport};
 use crate::numerics::scalar::Scalar;

@@ -8,8 +8,8 @@
 //! a potential. [`Setup::follower_loads`] returns these loads, N and N m: a group of the constant ones, and one for
 //! each signal, with its value at the given time (s) as factor; those of one edge are added. [`Setup::dead_part`]
 //! returns the part of a follower point load that has a potential, and any other point load unchanged.
-//! `follower_signals` are the signals, and [`follower_vector`] is a vector of the world from components along tangent
-//! and directors of the first edge.
+//! `follower_signals` iterates over the signals of loads without a potential. [`follower_vector`] returns the vector of
+//! the world with given components along tangent and directors of the first edge.
 
 use crate::energy::FollowerLoad;
 use crate::energy::adapter::Chart;
@@ -21,8 +21,8 @@ use crate::problem::setup::Setup;
 use crate::rod::{EdgeFollower, FollowerGroup, FollowerLoads};
 use crate::scene::{LineForce, PointForce, Signal};
 
-/// The vector of the world with `components` along tangent, first and second director of the first edge of `nodes`.
-/// `director` is the first one.
+/// The vector of the world with `components` along the tangent of the first edge of `nodes`, the first `director`, and
+/// the second one, tangent times (cross product) director.
 pub(super) fn follower_vector<D: Scalar>(
     [along, first, second]: [D; 3],
     nodes: &[Vector<D>],
@@ -33,7 +33,7 @@ pub(super) fn follower_vector<D: Scalar>(
 }
 
 /// Converts components of a follower force along tangent and both directors to those along the axes of an edge of the
-/// model. In a plane these are tangent and normal (the third component is zero); in space nothing changes.
+/// model. In a plane these are the tangent and the normal to its left, and the third is zero. In space nothing changes.
 fn components<D: Nestable>(chart: &Chart<D>, [along, first, second]: Vector<D>) -> Vector<D> {
     match chart {
         Chart::Plane { across: [within, out], .. } => {
@@ -43,12 +43,12 @@ fn components<D: Nestable>(chart: &Chart<D>, [along, first, second]: Vector<D>) 
     }
 }
 
-/// Loads of the edges of a rod, which are added up.
+/// Sums of the loads of each edge of a rod; `None` for an edge without loads so far.
 struct EdgeSums<D>(Vec<Option<FollowerLoad<D>>>);
 
 impl<D: Nestable> EdgeSums<D> {
     /// Calls `add` for both edges of a node, or twice for the only edge of an end node. Its arguments are the sums of
-    /// the edge and the place of the node in it (0 or 1). `add` adds half of the load of the node to these sums.
+    /// the edge and the number of the node in it (0 or 1). `add` must add half of the load of the node to these sums.
     fn add(&mut self, node: usize, add: impl Fn(&mut FollowerLoad<D>, usize)) {
         let last = self.0.len() - 1;
         for edge in [node.saturating_sub(1), node.min(last)] {

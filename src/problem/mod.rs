@@ -99,7 +99,7 @@ use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, OnceLock};
 
-/// A scene with its mesh and model. Made by [`Scene::problem`].
+/// A validated scene with its mesh, and its planar or spatial model. Made by [`Scene::problem`].
 #[derive(Clone, Debug)]
 pub struct Problem {
     scene: Scene,
@@ -108,7 +108,8 @@ pub struct Problem {
     /// Reason of the choice of the model.
     reason: String,
     pub(super) mesh: Mesh,
-    /// Parameters that may take any value, for which the layout is valid.
+    /// Parameters for all of whose values model and corrections are valid; empty if they were chosen for the present
+    /// values.
     varying: Vec<Parameter>,
     /// Unknowns of the initial equilibrium, or of the first two frames of a recording, with angles relative to the
     /// initial frames; computed once, and shared by clones.
@@ -117,7 +118,7 @@ pub struct Problem {
     stop: Option<Arc<AtomicBool>>,
 }
 
-/// Problem with the type of its model, which builds rods, simulations and sensitivities.
+/// Problem with the type of its model, which builds rods, simulations and sensitivities. It borrows all its parts.
 #[derive(Debug)]
 pub struct Discretized<'a, M: Model> {
     pub(crate) problem: &'a Problem,
@@ -456,7 +457,7 @@ impl Problem {
     pub fn stop_when(self, flag: Arc<AtomicBool>) -> Self {
         Self { stop: Some(flag), ..self }
     }
-    /// The problem with the choice of hand-derived or automatic derivatives, and the stop flag, of `other`.
+    /// This problem with the stop flag, and the choice of hand-derived or dual derivatives, of `other`.
     fn computed_as(self, other: &Self) -> Self {
         Self { derivatives: other.derivatives, stop: other.stop.clone(), ..self }
     }

@@ -104,7 +104,7 @@ pub struct NodalMass<D = f64> {
 /// Corrections of the elements, decided once for a problem.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Correction {
-    /// Whether arc lengths replace chords, and joints are corrected; not in the paper's discretization.
+    /// Whether arc lengths replace chords, and bent joints are softer accordingly; not in the paper's discretization.
     pub arcs: bool,
     /// Fractions of the first and of the last edge behind walls.
     pub behind: [f64; 2],

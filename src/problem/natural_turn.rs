@@ -1,7 +1,8 @@
 //! Turning angles of the joints of a rod in the stress-free state, and whether the mesh resolves them.
 //!
-//! The integrated natural curvature `k` (rad) of a joint is the rest curvature times `rod.natural_curvature`, plus
-//! `rod.natural_bending` times its length; here the sizes of both are added. It is free of stress at the turning angle
+//! The integrated natural curvature `k` (rad) of a joint is the integrated rest curvature times
+//! `rod.natural_curvature`, plus `rod.natural_bending` times its length. Here the rest curvature is taken as the
+//! turning angle at rest, and the sizes of both terms are added. The joint is free of stress at the turning angle
 //! `2 atan(k/2)`, which approximates `k` with the relative error `k^2/12` and stays below half a turn. [`check`]
 //! rejects a scene in which `k` of a joint, or the angle by a constant actuator of curvature, is half a turn or more.
 //! If `k` exceeds `MAX_RESOLVED_TURN`, there is a warning for a given mesh, with node and sufficient number of edges
@@ -79,7 +80,7 @@ fn check_actuators(scene: &Scene, mesh: &Mesh) -> Result<(), Error> {
 
 /// Rejects constant actuators, natural curvature and bending that turn a joint by half a turn or more. The error of
 /// curvature and bending has the key of the larger contribution, the node, and the number of edges that must be
-/// exceeded. That of an actuator has its key and the largest gain.
+/// exceeded. That of an actuator has its key and the limit of its gain, `pi` over the longest edge, 1/m.
 pub(super) fn check(scene: &Scene, mesh: &Mesh) -> Result<(), Error> {
     let segments = mesh.nodes.len() - 1;
     check_actuators(scene, mesh)?;

@@ -3,9 +3,8 @@
 //! [`attached_energies`] evaluates the places of a scene's energies on the rod at rest: elements, weights and rest
 //! shapes, with the values of their parameters over any number type. Energies without code are left out. [`ties`] makes
 //! springs of the energy `k |x - x0|^2/2` (J) between nodes and points of the world (m); [`point_ties`] those of points
-//! of edges. All three return `UserEnergies`, the user-defined part of a rod, which the setup gives to it.
-//! [`find_nonplanar`] returns the key of the first energy that does not keep a given plane at given parameter values,
-//! or `None`, for the choice of the model.
+//! of edges. All three return `UserEnergies`, the user-defined part of a rod. [`find_nonplanar`] returns the key of the
+//! first energy that does not keep a given plane at given parameter values, or `None`, for the choice of the model.
 //!
 //! `RestState` is the rod at rest. `NodeTie` and `PointTie` are springs between a node, or a point between two nodes,
 //! and a fixed point.

@@ -28,10 +28,10 @@ impl<M: Model> Discretized<'_, M> {
         self.perturb_by(setup, self.scene().initial.perturbation, q);
     }
 
-    /// Displaces the nodes in `q` across the rod, with the shape of the module's header. The largest displacement is
-    /// `amplitude` rod lengths. The direction is the normal of the rod in a plane; in space it rotates from 0.7 to 2
-    /// rad ([`DIRECTION`]) about the rod, from the axis with the smallest component along it. Coordinates that a
-    /// support or recording holds, and angles, are unchanged.
+    /// Displaces the nodes in `q` across the rod, with the shape of the module's header, whose largest value over all
+    /// nodes is `amplitude` rod lengths. The direction is the normal of the rod in a plane; in space it rotates from
+    /// 0.7 to 2 rad ([`DIRECTION`]) about the rod, from the axis with the smallest component along it. Coordinates that
+    /// a support or recording holds, and angles, are unchanged.
     pub(crate) fn perturb_by<D: Nestable>(&self, setup: &Setup<D, M>, amplitude: f64, q: &mut [D]) {
         let places = setup.mesh.places();
         let shape: Vec<f64> = places.iter().map(|u| self.window(*u) * sines(*u)).collect();

@@ -166,11 +166,11 @@ impl Model for PlanarModel {
         PlanarRest { line: RestLine::new(nodes, mesh, &self.correction), curvature }
     }
 
-    /// The planar rod of a scene: edges with `EA/l`, joints with `EI/l` and natural curvature, nonlinear laws of the
-    /// material, masses, weights and internal friction. Masses include the added mass of a fluid. Stiffnesses are means
-    /// of the tapered section, reduced by compliant clamps. In corrected discretizations those of bending are divided
-    /// by `(1 + k^2/4)^2` for the natural curvature k of the joint. Point masses, loads and user-defined energies are
-    /// not included.
+    /// The planar rod of a scene: edges with `EA`, joints with `EI/l` and natural curvature, nonlinear laws of the
+    /// material, masses, weights and internal friction. Masses include the added mass of a fluid, weights its buoyancy.
+    /// Stiffnesses are means of the tapered section, reduced by compliant clamps. In corrected discretizations those of
+    /// bending are divided by `(1 + k^2/4)^2` for the natural curvature k of the joint. Point masses, loads and
+    /// user-defined energies are not included.
     fn rod<D: Nestable>(&self, scene: &Scene<D>, rest: &PlanarRest<D>) -> PlanarRod<D> {
         let PlanarRest { line, curvature } = rest;
         let profile = SectionProfile::new(scene, &line.places);
@@ -283,10 +283,10 @@ impl Model for PlanarModel {
         rest.line.nodes.iter().flatten().copied().collect()
     }
 
-    /// The empty type: a plane has no frames.
+    /// The empty value `()`: a plane has no frames.
     fn frames<D: Nestable>(&self, _: &PlanarRest<D>) {}
 
-    /// The empty type over any number type: a plane has no frames.
+    /// The empty value `()` over any number type: a plane has no frames.
     fn frames_over<D: Nestable>((): &()) {}
 
     /// Number of coordinates that a support holds, counted from the end of the rod inwards: free 0, roller 1, pinned 2,

@@ -3,12 +3,12 @@
 //!
 //! [`PlanarVectors`] lists with their keys those in the plane: forces, displacements, velocities of nodes and fluid,
 //! actuators, obstacles, a roller, recorded positions, and the initial shape. Moments, rotations and angular velocities
-//! are normal to it. `rotations_about_rod` lists the twists, which a planar rod has not.
+//! are normal to it. `rotations_about_rod` lists the twists, which a planar rod cannot have.
 //! [`leaves_plane_to_first_order`] takes a scene in dual numbers, with the derivatives by one parameter. It returns the
-//! key of the first quantity that leaves, or `None`: a section with equal second moments that begin to differ, then
-//! energies, then vectors with rest nodes and `up`, then twists. A vector leaves if the component of its rate in the
-//! wrong direction exceeds `TOLERANCE` of the rate. Rates below `ROUNDING` of the fastest are ignored. The planar model
-//! and the check of parameters use them.
+//! key of the first quantity that leaves, or `None`. First is a section oblique to the plane with equal second moments
+//! whose derivatives differ, then energies, then vectors with rest nodes and `up`, then twists. A vector leaves if the
+//! component of its rate in the wrong direction exceeds `TOLERANCE` of the rate. Rates below `ROUNDING` of the fastest
+//! are ignored. The planar model and the check of parameters use them.
 
 use crate::numerics::scalar::Scalar;
 use crate::numerics::vector::{Vector, dot, sub};
@@ -147,11 +147,12 @@ pub(super) fn rotations_about_rod<D: Scalar>(scene: &Scene<D>) -> Vec<(String, D
 }
 
 /// Key of the first quantity that leaves the plane, or its normal, to first order along the derivatives of the scene;
-/// none if all stay. Checked are, in this order, a section with equal second moments that begin to differ, user-defined
-/// energies, vectors with rest nodes and `up` of the section, and twists. Energies are evaluated at displaced parameter
-/// values. A rate leaves if its component out of the plane (or in it, of a normal vector) exceeds [`TOLERANCE`] of it.
-/// Rates below [`ROUNDING`] of the fastest one, relative to the length of the vector, are ignored. `model` has the axes
-/// of the `plane`; `start` has the nodes of the initial shape, m, if that is not the rest shape.
+/// none if all stay. Checked are, in this order: a section oblique to the plane with equal second moments whose
+/// derivatives differ, user-defined energies, vectors with rest nodes and `up` of the section, and twists. Energies are
+/// evaluated at displaced parameter values. A rate leaves if its component out of the plane (or in it, of a normal
+/// vector) exceeds [`TOLERANCE`] of it. Rates below [`ROUNDING`] of the fastest one, relative to the length of the
+/// vector, are ignored. `model` has the axes of the `plane`; `start` has the nodes of the initial shape, m, if that is
+/// not the rest shape.
 pub(super) fn leaves_plane_to_first_order(
     model: &impl Model,
     plane: &Plane,

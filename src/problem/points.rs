@@ -1,12 +1,12 @@
 //! Points and markers of a rod on the mesh of a problem, as weighted sums of nodes and edges.
 //!
 //! A point (node index, arc length in m, or tip) becomes a [`Stencil`]: nodes with weights that sum to one. These are
-//! one node, four with cubic weights, or two in a clamped edge. The tip is the wall of an end clamped at mid-edge, else
-//! the last node. A marker, with an offset (m) along tangent and directors, becomes a `MarkerStencil`, which has edges
-//! with weights too. `nodes_around` and `edges_around` return ranges that also hold for slightly different lengths of
-//! the rod. `arc_length` returns that of a point from the wall (m), `arc_lengths` those of all nodes, which are
-//! negative behind the wall. A point outside the rod is [`Error::OutOfRange`]. Results, observations of fits and
-//! searches for a mesh use them.
+//! one node, four with cubic weights, or two with linear weights in an outermost edge that extends behind a wall. The
+//! tip is the wall of an end clamped at mid-edge, else the last node. A marker, with an offset (m) along tangent and
+//! directors, becomes a `MarkerStencil`, which has edges with weights too. `nodes_around` and `edges_around` return
+//! ranges that also hold for slightly different lengths of the rod. `arc_length` returns that of a point from the wall
+//! (m), `arc_lengths` those of all nodes, which are negative behind the wall. A point outside the rod is
+//! [`Error::OutOfRange`]. Results, observations of fits and searches for a mesh use them.
 
 use crate::error::Error;
 use crate::problem::Problem;
@@ -22,7 +22,7 @@ impl Problem {
     }
 
     /// Nodes and weights, which sum to one, whose weighted sum is a point of the rod. They are one node, four with
-    /// cubic weights, or two in a clamped edge.
+    /// cubic weights, or two with linear weights in an outermost edge that extends behind a wall.
     ///
     /// # Errors
     /// [`Error::OutOfRange`] for a point outside the rod.

@@ -115,7 +115,8 @@ impl Problem {
         all_if_none(own)
     }
 
-    /// Number of edges that the support of an end holds: one of a clamp, and those between held nodes of a recorded end.
+    /// Number of edges that the support of an end holds: one of a clamp, those between the held nodes of a recorded
+    /// end, else 0.
     fn held_edges(&self, end: End) -> usize {
         let segments = self.segments();
         match (self.scene.supports.at(end), &self.scene.supports.path) {

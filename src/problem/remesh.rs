@@ -1,15 +1,15 @@
 //! The scene of a problem with another number of edges, for refinements (discretization error, choice of the mesh).
 //!
-//! `Problem::remeshed` takes the number of edges, and returns a copy of the scene in which only the field
-//! `remeshed` is set; it builds and checks nothing. As `rod.segments` stays, loads and masses on node indices keep
-//! their arc length. On the new mesh the nodes next to that place share them.
+//! `Problem::remeshed` takes the number of edges, and returns a copy of the scene in which only the field `remeshed` is
+//! set; it builds and checks nothing. As `rod.segments` stays, loads and masses on node indices keep their arc length.
+//! On the new mesh that place may lie between nodes: up to four share a load (cubic weights), two a mass (lever rule).
 
 use crate::problem::Problem;
 use crate::scene::Scene;
 
 impl Problem {
     /// A copy of the scene whose problem has `segments` edges. `rod.segments` is unchanged: a load on an inner node
-    /// keeps its arc length, and the adjacent nodes share it.
+    /// keeps its arc length, and the nodes around it share the load.
     pub(crate) fn remeshed(&self, segments: usize) -> Scene {
         Scene { remeshed: Some(segments), ..self.scene.clone() }
     }

@@ -41,8 +41,8 @@ pub(crate) struct InertiaAndWeight<D, const N: usize> {
 }
 
 impl<D: Scalar, const N: usize> RestLine<D, N> {
-    /// The line through `nodes`, m, in the axes of the model. Tributary lengths are halves of its chords, or if
-    /// `correction` requires it those of the arcs of the `mesh` with corrections at walls.
+    /// The line through `nodes`, m, in the axes of the model. Joints and nodes have the tributary lengths of half of
+    /// each adjacent chord, or if `correction` has arcs those of the arcs of the `mesh` with corrections at walls.
     pub fn new(nodes: Vec<[D; N]>, mesh: &Mesh<D>, correction: &Correction) -> Self {
         let mut length = Vec::with_capacity(nodes.len() - 1);
         for pair in nodes.windows(2) {

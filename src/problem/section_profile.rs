@@ -44,7 +44,7 @@ impl<D: Scalar> SectionConstants<D> {
         }
     }
 
-    /// The constants `f(own, other)`, one by one.
+    /// The constants `f(own, other)`, field by field: `f` gets the same constant of both.
     fn combine(self, other: Self, f: impl Fn(D, D) -> D) -> Self {
         Self {
             axial: f(self.axial, other.axial),

@@ -116,7 +116,7 @@ impl Model for SpatialModel {
         SpatialRest { line, slants, curvature, frames }
     }
 
-    /// The spatial rod of a scene: edges with `EA/l`, joints with `EI/l`, `GJ/l`, natural curvature and twist, masses,
+    /// The spatial rod of a scene: edges with `EA`, joints with `EI/l`, `GJ/l`, natural curvature and twist, masses,
     /// weights and internal friction, and nonlinear laws of bending and stretch where the material has them. Masses
     /// include rotational inertias and the added mass of a fluid, weights its buoyancy. Stiffnesses are means of the
     /// tapered section; those of bending and stretch are reduced by compliant clamps. Corrected discretizations rotate

@@ -23,7 +23,7 @@ pub(crate) const LARGEST_STRAIN: f64 = 0.1;
 /// Largest strain of a state, or of a motion.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct LargestStrain {
-    /// Absolute value.
+    /// Absolute value of the strain, dimensionless.
     pub strain: f64,
     /// Whether it is due to bending.
     pub by_bending: bool,
@@ -56,7 +56,7 @@ pub(crate) struct StrainGauge {
     lengths: Vec<f64>,
     /// Stress-free integrated curvatures of the joints, rad; signed in the plane.
     natural: Vec<f64>,
-    /// Half of the thickness at every joint over the tributary length of the joint: strain on the surface over the
+    /// Half of the thickness at every joint over the mean length of its two edges: strain on the surface over the
     /// change of the integrated curvature.
     slopes: Vec<f64>,
     /// Arc lengths of the nodes, m.
@@ -68,8 +68,9 @@ pub(crate) struct StrainGauge {
 }
 
 impl StrainGauge {
-    /// Gauge with the stress-free lengths and integrated curvatures of the rod of a problem. For every joint it has
-    /// half the thickness over the mean length of its two edges. In space curvatures are absolute values. None if
+    /// Gauge with the stress-free lengths and integrated curvatures of the rod of a problem, with signals at
+    /// `loads.at_time`. For every joint it has half the thickness over the mean length of its two edges; the section is
+    /// taken at the index of the node over the number of edges. In space curvatures are absolute values. None if
     /// recorded markers prescribe nodes, as their distances have tracking errors.
     pub fn new(problem: &Problem) -> Option<Self> {
         if problem.scene().supports.path.is_some() {

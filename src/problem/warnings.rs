@@ -13,10 +13,10 @@ use crate::problem::plausibility::Purpose;
 use crate::scene::Resolution;
 
 impl Problem {
-    /// Warnings of a simulation of the scene, each with its code in brackets at the end. They are defects of recordings
+    /// Warnings of a simulation of the scene, each with its code in brackets at the end: first defects of recordings
     /// that move supports and of samples of signals. Steps follow that resolve a support's motion or a signal poorly,
-    /// or exceed the duration. Implausible units, missing gravity, a coarse mesh for natural curvature, and an
-    /// estimated error above the requested one follow.
+    /// or exceed the duration. Then come implausible units, missing gravity, and a coarse mesh for natural curvature.
+    /// The last one is an estimated error above the requested one.
     pub fn warnings(&self) -> Vec<String> {
         self.coded_warnings().into_iter().map(|(code, words)| code.behind(words)).collect()
     }

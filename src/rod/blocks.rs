@@ -5,7 +5,7 @@
 //! slices of the original list, without a copy. The last block is copied to the stack and filled up. [`block`] adds
 //! copies of a given element without effect. [`window`] adds nodes that continue the rod straight by its last two
 //! nodes, so that lengths and curvatures are finite. [`tension`] returns the tensions of the geometric stiffness, N:
-//! the axial forces, or given ones, zero beyond the last edge.
+//! the axial forces, or given ones, which are zero beyond the last edge.
 
 use crate::numerics::scalar::{Scalar, SimdScalar};
 
@@ -84,8 +84,9 @@ pub(super) fn window<'a, D: Scalar>(
     }
 }
 
-/// Overwrites `window` with the unknowns `q`, then with further nodes that extrapolate the last two nodes linearly
-/// (same edge length and direction). Angles are extrapolated likewise. With one node in `q`, its copy follows.
+/// Overwrites `window` with the unknowns `q`, at least `stride` of them, then continues each coordinate and angle
+/// linearly from its last two values (same edge length and direction). A coordinate or angle with one value in `q`
+/// keeps it.
 #[cold]
 #[inline(never)]
 #[expect(clippy::manual_memcpy, reason = "a call costs more than a few numbers")]

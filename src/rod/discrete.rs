@@ -54,7 +54,7 @@ pub struct DiscreteRod<D: Scalar, L: Layout<N, S>, const N: usize, const S: usiz
     pub bending: Vec<LayoutBending<L, D, N, S>>,
     /// Springs of internal friction beside the joints.
     pub sliders: Option<LayoutSprings<L, D, N, S>>,
-    /// User-defined energies.
+    /// User-defined energies, and those of tendons and of springs to fixed points.
     pub own: UserEnergies<D>,
     /// Loads without a potential.
     pub followers: FollowerLoads<D>,
@@ -316,7 +316,8 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Rod<D>
 
     /// Moves the frames to `q` by parallel transport and overwrites `gradient` there, N (N m for angles), with the same
     /// parts as in `gradient`. The hand-derived formulas do both in one sweep, which in space leaves out active
-    /// friction springs. With nonlinear bending the frames move first.
+    /// friction springs; the explicit schemes, which use it, reject internal friction. With nonlinear bending, or
+    /// num-dual, the frames move first.
     fn moved_gradient(
         &self,
         q: &[D],
@@ -375,8 +376,9 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Rod<D>
         self.contacts.passed_obstacle::<N>(before, now)
     }
 
-    /// The jump of the potential of the constant moments, J, over a step in which the angle of the first edge passes
-    /// half a turn; zero in every other step and without moments.
+    /// The correction of the potential of the constant moments, J, in a step in which the angle of the first edge, in
+    /// (-pi, pi], jumps by a whole turn. It is minus the jump of `energies`; zero in every other step and without
+    /// moments.
     fn winding_jump(&self, before: &[D], now: &[D]) -> f64 {
         self.moments.jump(before, now)
     }

@@ -31,7 +31,7 @@ pub(crate) struct Placed<D> {
     pub name: Arc<str>,
     /// The energy over plain and dual numbers.
     pub energy: Arc<dyn AnyEnergy>,
-    /// The layout of the unknowns of a node.
+    /// The map from unknowns to positions and directors, with the number of unknowns of a node.
     pub chart: Chart<D>,
     /// The values of its parameters.
     pub values: Vec<D>,

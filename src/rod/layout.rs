@@ -65,7 +65,7 @@ pub struct Elements<'a, D: Scalar, L: Layout<N, S>, const N: usize, const S: usi
     pub load: &'a [DeadLoad<D, N>],
     /// Parts of joints beyond their linear laws, if there are any.
     pub additional: Option<AdditionalStresses<'a, D, L, N, S>>,
-    /// The tensions of edges, N, where the stretching does not determine them.
+    /// Tensions of the edges, N, that replace their axial forces in the geometric stiffness; none for the axial forces.
     pub tensions: Option<&'a [D]>,
 }
 

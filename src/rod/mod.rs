@@ -5,10 +5,10 @@
 //! Output: energies (J), and gradient (N, N m) and tangent (N/m) of elastic energy less work of the loads; loads
 //! without a potential (follower loads) are subtracted from the gradient too. Other functions return strains, replace
 //! elastic laws by those with the viscous stress of a step, and evaluate springs of internal friction. Checks of a step
-//! find folds, large rotations and passed obstacles. [`DiscreteRod`] implements it over a [`Layout`]: [`PlanarRod`] in the plane,
-//! [`SpatialRod`] in space. [`Assembly`] joins several rods. [`AssembledRod`] adds masses, forces, energies, contacts
-//! and follower loads to a rod. [`Energies::total`] is the sum of all terms of the energy. `strain_rates` returns the
-//! rates of all strains (1/s) of a motion by central differences.
+//! find folds, large rotations and passed obstacles. [`DiscreteRod`] implements it over a [`Layout`]: [`PlanarRod`] in
+//! the plane, [`SpatialRod`] in space. [`Assembly`] joins several rods. [`AssembledRod`] adds masses, forces, energies,
+//! contacts and follower loads to a rod. [`Energies::total`] is the sum of all terms of the energy. `strain_rates`
+//! returns the rates of all strains (1/s) of a motion by central differences.
 //!
 //! Other files: `actuators` and `timed_loads` (signals), `contacts`, `drag`, `moments`, `nonlinear`, `extra`
 //! (user-defined energies), `follower_loads` and `frames`. `state` has the state between steps, `viscosity` the viscous
@@ -83,9 +83,9 @@ use num_dual::Dual64;
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
 
-/// Displacement of the fastest node in the central difference of `strain_rates`, over the length of the rod. The error
-/// of the difference grows with its square, that by rounding with its inverse: both are about ten digits below the
-/// rates.
+/// Displacement of the fastest unknown in the central difference of `strain_rates`, over the length of the rod. The
+/// error of the difference grows with its square, that by rounding with its inverse: both are about ten digits below
+/// the rates.
 const STRAIN_RATE_DISPLACEMENT: f64 = 1e-5;
 /// Lowest speed, in lengths of the rod per second, for which the displacement is chosen: the derivatives of small
 /// velocities may be much larger than the velocities.
@@ -103,9 +103,10 @@ pub struct Energies {
     pub bend: f64,
     /// Energy of twisting, J.
     pub twist: f64,
-    /// Potential of the dead loads (weight and point forces), J.
+    /// Potential of weight, constant forces and, in a plane, constant moments, less the work of loads with signals
+    /// since the start of a motion, J.
     pub potential: f64,
-    /// Energy of [user-defined energies](crate::energy::own), J.
+    /// Energy of [user-defined energies](crate::energy::own), tendons and contacts, J.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub own: f64,
 }
@@ -117,7 +118,7 @@ fn is_zero(energy: &f64) -> bool {
 
 impl Energies {
     /// The sum of all terms, J: kinetic, stretching, bending, twisting, potential of the loads, and `own` (user-defined
-    /// energies and contacts).
+    /// energies, tendons and contacts).
     pub fn total(&self) -> f64 {
         self.kinetic + self.stretch + self.bend + self.twist + self.potential + self.own
     }
@@ -238,7 +239,7 @@ pub trait Rod<D: Scalar>: Clone + Send + Sync {
     }
 
     /// Overwrites `tangent` with the second derivative of the energy by edge vectors instead of node positions, N/m.
-    /// Edge `j` has the rows and columns of node `j + 1`, angles keep theirs; rows and columns of the first node are
+    /// Edge `j` has the rows and columns of node `j + 1`, angles keep theirs; those of the first node's coordinates are
     /// zero. User-defined energies, contacts and follower loads are left out. An [`Assembly`] has no edge coordinates;
     /// its result is the tangent by the unknowns.
     fn edge_tangent(
@@ -344,8 +345,9 @@ pub trait Rod<D: Scalar>: Clone + Send + Sync {
         None
     }
 
-    /// The jump of the potential of constant moments in [`energies`](Rod::energies), J, over a step from `before` to
-    /// `now` in which the angle of a moment passes half a turn. It is zero in other steps and by default.
+    /// The correction, J, of the potential of constant moments in [`energies`](Rod::energies) for a step from `before`
+    /// to `now`. The angle there is counted in (-pi, pi]; where it jumps by a whole turn, this is minus the jump of the
+    /// potential. It is zero in other steps and by default.
     fn winding_jump(&self, _before: &[D], _now: &[D]) -> f64 {
         0.0
     }
@@ -356,8 +358,8 @@ pub trait Rod<D: Scalar>: Clone + Send + Sync {
         None
     }
 
-    /// Energies at `q`, J: stretching, bending, twisting, `own` (user-defined energies and contacts), and potential of
-    /// the loads. The kinetic energy is zero, and energies of friction springs are left out.
+    /// Energies at `q`, J: stretching, bending, twisting, `own` (user-defined energies, tendons and contacts), and
+    /// potential of the loads. The kinetic energy is zero, and energies of friction springs are left out.
     fn energies(&self, q: &[D], frames: &Self::Frames) -> Energies;
 
     /// Overwrites `strains` with those of all edges, then of all joints (one curvature each in the plane; two
@@ -474,9 +476,9 @@ pub type FactorsOf<R, D> = <TangentOf<R, D> as Tangent<D>>::Factors;
 pub type DualFrames<R, D> = <<R as Rod<D>>::Dual as Rod<Dual64>>::Frames;
 
 /// Overwrites `rates` with the rates of all strains, 1/s, of a rod that moves from `q` with the velocities `v`; the
-/// order is that of [`Rod::strains`]. Method: central differences over the time in which the fastest unknown moves by
-/// `STRAIN_RATE_DISPLACEMENT` of the rod's `length`, m (accurate to about ten digits). The fastest speed is taken as
-/// at least `LOWEST_SPEED` lengths per second.
+/// order is that of [`Rod::strains`]. Method: central differences at `q + v dt` and `q - v dt`. In `dt` the fastest
+/// unknown, m/s or rad/s, moves by the number `STRAIN_RATE_DISPLACEMENT` of the rod's `length`, m (accurate to about
+/// ten digits). The fastest speed is taken as at least `LOWEST_SPEED` lengths per second.
 pub(crate) fn strain_rates<D: Scalar, R: Rod<D>>(
     rod: &R,
     q: &[D],

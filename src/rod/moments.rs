@@ -9,8 +9,8 @@
 //! - `add_gradient` and `add_tangent` add first and second derivatives of the potential by the coordinates of the
 //!   nodes. `add_edge_tangent` adds the second derivatives by the vectors of the edges; edge `i` has the rows of node
 //!   `i + 1`.
-//! - [`Moments::potential`] returns the potential, [`Moments::jump`] its jump in a step in which the angle of the first
-//!   edge passes half a turn.
+//! - [`Moments::potential`] returns the potential, and [`Moments::jump`] minus its jump in a step in which the angle of
+//!   the first edge passes half a turn.
 //! - [`add_slopes`] adds, for each edge, the derivative of the number `d . gradient` by a moment there, with given
 //!   weights `d` of the unknowns. [`Moments::along`] sums such derivatives, each times that of the moment by a
 //!   parameter.
@@ -94,9 +94,10 @@ impl<D: Scalar> Moments<D> {
         potential
     }
 
-    /// The jump of [`potential`](Self::potential), J, over a step from `before` to `now` in which the angle of the
-    /// first edge passes half a turn. It is `-2 pi n` times the sum of all moments, where `n` is the number of turns
-    /// by which that angle drops. Zero in other steps and without moments.
+    /// The correction of [`potential`](Self::potential), J, for a step from `before` to `now` in which the angle of the
+    /// first edge passes half a turn: `-2 pi n` times the sum of all moments. Here `n` is the number of turns by which
+    /// that angle drops, so that the potential itself jumps by `2 pi n` times the sum. Zero in other steps and without
+    /// moments.
     pub(super) fn jump(&self, before: &[D], now: &[D]) -> f64 {
         if self.list.is_empty() {
             return 0.0;

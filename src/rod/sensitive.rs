@@ -19,12 +19,12 @@ use crate::rod::{FrameRate, Rod, RodGeometry};
 pub struct EffectiveStrains<const G: usize> {
     /// Whether natural strains are subtracted.
     pub natural: bool,
-    /// The strains.
+    /// The effective strains, of edges first, then of joints.
     pub values: Vec<f64>,
     /// Their derivatives.
     pub rates: Vec<Lanes<G>>,
-    /// Strains of kinds with a viscosity of their own, without the coupling of bending and twisting; empty of most
-    /// rods.
+    /// Additional effective strains by the viscous times of single kinds of strain, whose stress has no coupling of
+    /// bending and twisting; empty for most rods.
     pub own: Vec<f64>,
     /// Their derivatives.
     pub own_rates: Vec<Lanes<G>>,

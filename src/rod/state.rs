@@ -6,9 +6,10 @@
 //! Accelerations are empty for schemes without them. [`InternalVariables`] are strains, their mean rates over the last
 //! step, 1/s, and spring stretches, on which stresses with a history depend: Kelvin-Voigt damping, relaxation (Maxwell
 //! branches), internal friction. Their lists are empty without these; `branches` are the stretches of each Maxwell
-//! branch. `wound` is the potential of moments by whole turns of the rod, less the work of loads in time since the
-//! start, J; [`ExchangedEnergy`] sums the absolute works of these loads. `at_rest` returns a state at t = 0 without
-//! velocity; steppers overwrite it with that at the end of each step, and `restore` copies an earlier one back.
+//! branch. `wound` corrects the potential at `q`, J: it adds whole turns of constant moments and subtracts the work of
+//! loads in time since the start. [`ExchangedEnergy`] sums the absolute works of these loads. `at_rest` returns a state
+//! at t = 0 without velocity; steppers overwrite it with that at the end of each step, and `restore` copies an earlier
+//! one back.
 
 use crate::numerics::scalar::Scalar;
 use std::slice::ChunksExact;
@@ -26,12 +27,14 @@ pub struct State<D, F> {
     pub v: Vec<D>,
     /// Accelerations, m/s^2 (rad/s^2), of a scheme that uses them; empty for other schemes, and before they are known.
     pub acceleration: Vec<D>,
-    /// Elastic gradient less loads plus damping: minus the force that accelerates, N. Explicit
-    /// and linearly implicit schemes leave the damping out; of an average it is half of the viscous force alone.
+    /// Gradient of elastic energy less loads, plus the forces of damping, drag and contact losses: minus the force that
+    /// accelerates, N. Explicit and linearly implicit schemes have the gradient alone. The average vector field scheme
+    /// leaves the gradient and mass damping out, and has half of the viscous forces.
     pub unbalanced: Vec<D>,
     /// The internal variables of the material.
     pub internal: InternalVariables<D>,
-    /// The potential of the loads by whole turns of the rod, less the work of loads in time since the start, J.
+    /// The part of the potential of constant moments by whole turns of the first edge since the start, less the work of
+    /// loads in time since then, J: added to the potential at `q`.
     pub wound: f64,
     /// The energy that loads in time have exchanged with the rod since the start, J.
     pub exchanged: ExchangedEnergy,

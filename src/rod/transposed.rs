@@ -14,11 +14,11 @@ use crate::rod::{FrameRate, Sensitive};
 /// The derivatives of a misfit by the laws and loads of a rod.
 #[derive(Clone, Debug, Default)]
 pub struct LawDerivatives {
-    /// By the law of each edge at fixed unknowns.
+    /// By stiffness and natural stress of each edge at fixed unknowns, and by the numbers of its nonlinear law.
     pub stretch: Vec<LawSlopes>,
     /// By the relative change of each rest length, where it changes effective strains.
     pub rest: Vec<f64>,
-    /// By the law of each joint.
+    /// By stiffness and natural stress of each joint.
     pub joint: Vec<LawSlopes>,
     /// By nonlinear bending of each joint: entries of its matrix, and natural strains. Empty for linear laws.
     pub bending: Vec<LawSlopes>,
@@ -46,9 +46,10 @@ impl LawDerivatives {
 /// The effective strains from which stresses follow.
 #[derive(Clone, Copy, Debug)]
 pub struct Strained<'a> {
-    /// In the order of the strains.
+    /// The effective strains, of edges first, then of joints.
     pub strains: &'a [f64],
-    /// Strains with a viscosity of their kind; empty for most rods.
+    /// Additional effective strains by the viscous times of single kinds of strain, in the same order; empty for most
+    /// rods.
     pub own: &'a [f64],
     /// The strains of the rod themselves, on which the parts of stresses beyond a linear law depend.
     pub now: &'a [f64],

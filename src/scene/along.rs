@@ -21,9 +21,9 @@ use serde::{Deserialize, Serialize};
 /// rounding errors of arc lengths.
 const PLACE_ROUNDING: f64 = 1e-9;
 
-/// A value along the rod: one number, a list with one number for each of equally many equal parts
-/// of the length, a linear function of arc length, or numbers at arc lengths, linear between. In code: `0.5.into()`, `vec![0.5,
-/// 0.8].into()` or `Along::linear(1.0, 0.5)`.
+/// A value along the rod: one number, a list with one number for each of equally many equal parts of the length, a
+/// linear function of arc length, or numbers at arc lengths, linear between. In code: `0.5.into()`,
+/// `vec![0.5, 0.8].into()` or `Along::linear(1.0, 0.5)`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[cfg_attr(test, schemars(bound = "D: SceneNumber + schemars::JsonSchema"))]
@@ -65,8 +65,8 @@ impl<D> Along<D> {
         }
     }
 
-    /// Scales the arc lengths of break points, so that the last one is `length`, m. No effect on other lists, and where
-    /// `length` is not a number.
+    /// Scales the arc lengths of break points, so that the last one is `length`, m. No effect on other lists, and if
+    /// the factor is not finite, as for a `length` of NaN.
     pub(super) fn end_at(&mut self, length: f64) {
         let Self::BreakPoints(points) = self else { return };
         let factor = length / points.at.last().copied().unwrap_or(length);

@@ -2,10 +2,11 @@
 //!
 //! A point at `x` has the undistorted recorded position `u = wall + shift + pixel_scale R (x - wall)`. `R` is the
 //! rotation by `in_plane_rotation` about the normal of a planar scene (z in space). `shift` is `clamp_position`, and
-//! `wall` the first node at rest. The recorded position `p` of a distorting lens satisfies
-//! `u - c = (1 + distortion r^2) (p - c)`, with the distance `r` of `p` from the optical center `c` in the picture
-//! (Brown 1971, first radial term). The clock of the recording shows `t + time_offset + row_delay . (p - wall -
-//! shift)` for the motion at `t`: a rolling shutter reads the rows of a frame one after the other.
+//! `wall` the first node at rest, of a structure the origin of its first rod. The recorded position `p` of a distorting
+//! lens satisfies `u - c = (1 + distortion r^2) (p - c)` across the normal, with the distance `r` of `p` from the
+//! optical center `c` in the picture (Brown 1971, first radial term). The clock of the recording shows
+//! `t + time_offset + row_delay . (p - wall - shift)` for the motion at `t`: a rolling shutter reads the rows of a
+//! frame one after the other.
 //!
 //! Times in s, angles in rad, positions in m, `distortion` in 1/m^2, `row_delay` in s/m. By default there is no effect:
 //! the scale is 1, all other numbers are 0. Only fits apply the camera, with these numbers as possible parameters.
@@ -14,9 +15,9 @@ use crate::scene::number::{Quantity, is_default};
 use crate::scene::table::table;
 
 table! {
-    /// `[camera]`: a point at `x` is recorded at `wall + clamp_position + pixel_scale R (x - wall)`, with the rotation `R`
-    /// by `in_plane_rotation` about the normal of a planar scene (the z axis of a spatial one). The wall is the first node
-    /// of the rod at rest. Lens distortion and the delay of rows follow. Only fits apply the camera.
+    /// `[camera]`: a point at `x` is recorded at `wall + clamp_position + pixel_scale R (x - wall)`, with the rotation
+    /// `R` by `in_plane_rotation` about the normal of a planar scene (the z axis of a spatial one). The wall is the
+    /// first node of the rod at rest. Lens distortion and the delay of rows follow. Only fits apply the camera.
     #[derive(Copy)]
     pub struct Camera {
         /// Reading of the recording's clock when the motion starts, s.
@@ -31,15 +32,15 @@ table! {
         /// Recorded position of the clamp minus its position in the scene, m.
         #[serde(deserialize_with = "crate::input::arrays::numbers", default)]
         pub clamp_position: [D; 3] = Quantity::signed("m").within(-1e6, 1e6).of_the_camera(),
-        /// Radial distortion of the lens, 1/m^2: the undistorted distance from the optical center is `r (1 + distortion r^2)`
-        /// for the recorded distance `r`, m.
+        /// Radial distortion of the lens, 1/m^2: the undistorted distance from the optical center is
+        /// `r (1 + distortion r^2)` for the recorded distance `r`, m.
         #[serde(default)]
         pub distortion: D = Quantity::signed("1/m^2").of_the_camera(),
         /// Recorded position of the optical center, m.
         #[serde(deserialize_with = "crate::input::arrays::numbers", default)]
         pub optical_center: [D; 3] = Quantity::signed("m").within(-1e6, 1e6).of_the_camera(),
-        /// Delay of a rolling shutter per recorded distance from the clamp, s/m: positive along y if rows further up are read
-        /// later.
+        /// Delay of a rolling shutter per recorded distance from the clamp, s/m: positive along y if rows further up
+        /// are read later.
         #[serde(deserialize_with = "crate::input::arrays::numbers", default)]
         pub row_delay: [D; 3] = Quantity::signed("s/m").of_the_camera(),
     }

@@ -49,13 +49,15 @@ table! {
             /// Normal of the plane towards the rod, of any length.
             #[serde(deserialize_with = "crate::input::arrays::numbers")]
             normal: [D; 3] = DIRECTION,
-            /// Force per length over the square of the overlap, N/m^3; default: by the weight and bending stiffness of the rod.
+            /// Force per length over the square of the overlap, N/m^3; default: by the weight and bending stiffness of
+            /// the rod.
             #[serde(default, skip_serializing_if = "Option::is_none")]
             stiffness: Option<D> = STIFFNESS,
             /// Radius of the rod in contact, m; default: the outer radius of its section.
             #[serde(default, skip_serializing_if = "Option::is_none")]
             contact_radius: Option<D> = RADIUS,
-            /// Damping: the normal force is multiplied by one plus this time the speed of approach, s/m; default: zero.
+            /// Damping, s/m: the normal force is multiplied by one plus this number times the speed of approach;
+            /// default: zero.
             #[serde(default, skip_serializing_if = "Option::is_none")]
             damping: Option<D> = DAMPING,
             /// Friction coefficient of Coulomb's law; default: zero.
@@ -72,13 +74,15 @@ table! {
             center: [D; 3] = POINT,
             /// Radius, m.
             radius: D = RADIUS,
-            /// Force per length over the square of the overlap, N/m^3; default: by the weight and bending stiffness of the rod.
+            /// Force per length over the square of the overlap, N/m^3; default: by the weight and bending stiffness of
+            /// the rod.
             #[serde(default, skip_serializing_if = "Option::is_none")]
             stiffness: Option<D> = STIFFNESS,
             /// Radius of the rod in contact, m; default: the outer radius of its section.
             #[serde(default, skip_serializing_if = "Option::is_none")]
             contact_radius: Option<D> = RADIUS,
-            /// Damping: the normal force is multiplied by one plus this time the speed of approach, s/m; default: zero.
+            /// Damping, s/m: the normal force is multiplied by one plus this number times the speed of approach;
+            /// default: zero.
             #[serde(default, skip_serializing_if = "Option::is_none")]
             damping: Option<D> = DAMPING,
             /// Friction coefficient of Coulomb's law; default: zero.
@@ -98,13 +102,15 @@ table! {
             axis: [D; 3] = DIRECTION,
             /// Radius, m.
             radius: D = RADIUS,
-            /// Force per length over the square of the overlap, N/m^3; default: by the weight and bending stiffness of the rod.
+            /// Force per length over the square of the overlap, N/m^3; default: by the weight and bending stiffness of
+            /// the rod.
             #[serde(default, skip_serializing_if = "Option::is_none")]
             stiffness: Option<D> = STIFFNESS,
             /// Radius of the rod in contact, m; default: the outer radius of its section.
             #[serde(default, skip_serializing_if = "Option::is_none")]
             contact_radius: Option<D> = RADIUS,
-            /// Damping: the normal force is multiplied by one plus this time the speed of approach, s/m; default: zero.
+            /// Damping, s/m: the normal force is multiplied by one plus this number times the speed of approach;
+            /// default: zero.
             #[serde(default, skip_serializing_if = "Option::is_none")]
             damping: Option<D> = DAMPING,
             /// Friction coefficient of Coulomb's law; default: zero.
@@ -124,13 +130,15 @@ table! {
             to: [D; 3] = POINT,
             /// Radius, m.
             radius: D = RADIUS,
-            /// Force per length over the square of the overlap, N/m^3; default: by the weight and bending stiffness of the rod.
+            /// Force per length over the square of the overlap, N/m^3; default: by the weight and bending stiffness of
+            /// the rod.
             #[serde(default, skip_serializing_if = "Option::is_none")]
             stiffness: Option<D> = STIFFNESS,
             /// Radius of the rod in contact, m; default: the outer radius of its section.
             #[serde(default, skip_serializing_if = "Option::is_none")]
             contact_radius: Option<D> = RADIUS,
-            /// Damping: the normal force is multiplied by one plus this time the speed of approach, s/m; default: zero.
+            /// Damping, s/m: the normal force is multiplied by one plus this number times the speed of approach;
+            /// default: zero.
             #[serde(default, skip_serializing_if = "Option::is_none")]
             damping: Option<D> = DAMPING,
             /// Friction coefficient of Coulomb's law; default: zero.
@@ -159,11 +167,12 @@ pub(crate) enum ObstacleKind {
 /// Numbers of the forces of a contact that depend on the velocity.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ContactLoss<D> {
-    /// Damping of the normal force, s/m.
+    /// Damping `c` of the normal force, s/m: the force is multiplied by `max(0, 1 + c v)` at the speed of approach `v`.
     pub damping: D,
     /// Friction coefficient.
     pub friction: D,
-    /// Speed below which friction is proportional to the speed, m/s.
+    /// Speed from which on friction is that of Coulomb's law, m/s; below, with `u` as the speed over this one, the
+    /// friction is `(2 - u) u` times that.
     pub slip_velocity: D,
 }
 

@@ -68,7 +68,7 @@ pub enum SwappedLabels {
     /// Exchanged labels are reported only.
     #[default]
     Keep,
-    /// Each gets the place of the other.
+    /// The positions of the two markers are exchanged.
     Mend,
 }
 

@@ -129,8 +129,8 @@ impl Scene {
     }
 
     /// Parses the text of a scene file with this path, without validation. Sets the path, and whether the text has no
-    /// key `loads.gravity`. The scheme of a scene with contacts and a step is generalised-alpha if the text has neither a
-    /// scheme nor `beta`. An error lists missing keys, a likely mistake, or line and token at fault.
+    /// key `loads.gravity`. The scheme of a scene with contacts and a step is generalised-alpha if the text has neither
+    /// a scheme nor `beta`. An error lists missing keys, a likely mistake, or line and token at fault.
     fn parse_text(text: &str, path: &Path) -> Result<Self, Error> {
         let mut scene: Self = parse(text, &REQUIRED)
             .map_err(|error| explained(error, text, &SCENE).in_file(Some(path)))?;
@@ -145,8 +145,8 @@ impl Scene {
         if let Some(time) = scene.time.as_mut().filter(|time| has_contacts && time.step.is_some())
             && !["scheme", "beta"].into_iter().any(|key| has_key("time", key))
         {
-            // Without enough numerical damping the energy of a rod that rests on an obstacle grows from step to step: with
-            // `rho_inf` 0.8 too, and not with the default 0.5.
+            // Without enough numerical damping the energy of a rod that rests on an obstacle grows from step to step:
+            // with `rho_inf` 0.8 too, and not with the default 0.5.
             time.scheme = Scheme::GeneralisedAlpha;
         }
         Ok(scene)

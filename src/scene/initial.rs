@@ -40,8 +40,8 @@ table! {
             skip_serializing_if = "is_default"
         )]
         pub angular_velocity: [D; 3] = Quantity::signed("rad/s").within(-1e6, 1e6),
-        /// Amplitude of an asymmetric displacement across the rod at t = 0, as a fraction of its length, -0.1 .. 0.1. It lets
-        /// the rod leave unstable states, and vanishes at supports. A planar rod stays in its plane.
+        /// Amplitude of an asymmetric displacement across the rod at t = 0, as a fraction of its length, -0.1 .. 0.1.
+        /// It lets the rod leave unstable states, and vanishes at supports. A planar rod stays in its plane.
         #[serde(default, skip_serializing_if = "is_default")]
         pub perturbation: f64,
         /// Additional point forces until t = 0 (pluck and release).

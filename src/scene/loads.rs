@@ -101,14 +101,14 @@ table! {
     /// `[[loads.point]]`: a force or moment at a point of the rod, constant or with a signal.
     #[derive(Default)]
     pub struct PointForce {
-        /// Position of the load: `"tip"`, a node index or `{ arc_length = m }`. Between nodes the two
-        /// neighbors share it, with the same work on every motion.
+        /// Position of the load: `"tip"`, a node index or `{ arc_length = m }`. Between nodes the four nodes around
+        /// share it by cubic weights, in the edge of a clamp the two next to it by the lever rule.
         pub node: Point<D> = TABLE,
         /// Force in world axes, N; of a follower load along tangent, first and second director of the rod.
         #[serde(deserialize_with = "crate::input::arrays::numbers", default)]
         pub force: [D; 3] = Quantity::signed("N"),
-        /// Moment about world axes, N m, of a follower load about tangent, first and second director. Half of it acts on
-        /// each adjacent edge. In a planar scene it is about the normal.
+        /// Moment about world axes, N m, of a follower load about tangent, first and second director. Half of it acts
+        /// on each adjacent edge. In a planar scene it is about the normal.
         #[serde(
             deserialize_with = "crate::input::arrays::numbers",
             default,
@@ -134,7 +134,8 @@ table! {
         /// Arc length where the load ends, m; default: the length of the rod.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         pub to: Option<D> = Quantity::positive("m"),
-        /// Force per unit length at rest in world axes, N/m; of a follower load along tangent, first and second director.
+        /// Force per unit length at rest in world axes, N/m; of a follower load along tangent, first and second
+        /// director.
         #[serde(deserialize_with = "crate::input::arrays::numbers")]
         pub force: [D; 3] = Quantity::signed("N/m"),
         /// Whether the load turns with the rod: components are along its tangent and directors; default: false.

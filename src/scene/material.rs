@@ -24,10 +24,11 @@ pub enum StretchLaw {
     /// Hooke's law: the force is EA times the strain.
     #[default]
     Linear,
-    /// An incompressible neo-Hookean material in uniaxial stretch: with the stretch ratio s, the force is EA/3 (s - 1/s^2).
+    /// An incompressible neo-Hookean material in uniaxial stretch: with the stretch ratio s, the force is EA/3 (s -
+    /// 1/s^2).
     NeoHookean,
-    /// An incompressible Mooney-Rivlin material in uniaxial stretch: with the stretch ratio s and `mooney_rivlin_ratio` r,
-    /// the force is EA/3 (1 - r + r/s) (s - 1/s^2).
+    /// An incompressible Mooney-Rivlin material in uniaxial stretch: with the stretch ratio s and `mooney_rivlin_ratio`
+    /// r, the force is EA/3 (1 - r + r/s) (s - 1/s^2).
     MooneyRivlin,
 }
 

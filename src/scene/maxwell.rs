@@ -41,7 +41,7 @@ pub enum MaxwellBranches<D = f64> {
 }
 
 impl<D> MaxwellBranches<D> {
-    /// The branches in the order of the scene.
+    /// All branches in the order of the scene: one of a table, those of a list, which may be empty.
     pub fn as_slice(&self) -> &[Maxwell<D>] {
         match self {
             Self::One(branch) => std::slice::from_ref(branch),
@@ -49,28 +49,28 @@ impl<D> MaxwellBranches<D> {
         }
     }
 
-    /// Whether there is no branch.
+    /// Whether there is no branch: true for an empty list only.
     pub fn is_empty(&self) -> bool {
         self.as_slice().is_empty()
     }
 }
 
 impl<D> Default for MaxwellBranches<D> {
-    /// No branch.
+    /// No branch: an empty list.
     fn default() -> Self {
         Self::Series(Vec::new())
     }
 }
 
 impl<D> From<Maxwell<D>> for MaxwellBranches<D> {
-    /// One branch.
+    /// The branch as one table ([`One`](Self::One)).
     fn from(branch: Maxwell<D>) -> Self {
         Self::One(branch)
     }
 }
 
 impl<D> From<Vec<Maxwell<D>>> for MaxwellBranches<D> {
-    /// A list of branches.
+    /// The branches as a list ([`Series`](Self::Series)), in the same order; none for an empty one.
     fn from(branches: Vec<Maxwell<D>>) -> Self {
         Self::Series(branches)
     }
@@ -88,19 +88,19 @@ impl<'de, D: SceneNumber> Visitor<'de> for BranchesVisitor<D> {
         f.write_str("{ stiffness = number, time = number }, or a list of such tables")
     }
 
-    /// One branch from a table.
+    /// Reads a table as one branch (`One`); errors are those of `Maxwell`.
     fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Self::Value, A::Error> {
         Maxwell::deserialize(MapAccessDeserializer::new(map)).map(MaxwellBranches::One)
     }
 
-    /// The branches of a list of tables.
+    /// Reads a list of tables, possibly empty, as a `Series` in the same order.
     fn visit_seq<A: SeqAccess<'de>>(self, list: A) -> Result<Self::Value, A::Error> {
         Vec::deserialize(SeqAccessDeserializer::new(list)).map(MaxwellBranches::Series)
     }
 }
 
 impl<'de, D: SceneNumber> Deserialize<'de> for MaxwellBranches<D> {
-    /// Reads a table with one branch, or a list of tables.
+    /// Reads a table as one branch, or a list of tables as several. Other values are an error with the allowed forms.
     fn deserialize<T: Deserializer<'de>>(deserializer: T) -> Result<Self, T::Error> {
         deserializer.deserialize_any(BranchesVisitor(PhantomData))
     }
@@ -111,8 +111,8 @@ impl NumberTree for MaxwellBranches {
     type Kind = TableKind;
     type Over<D> = MaxwellBranches<D>;
 
-    /// The branches over `D`, every number converted by the visitor below the path `key`; entries of a list have their
-    /// index there.
+    /// Converts stiffness and relaxation time of every branch to the number type `D` with the visitor. Their paths are
+    /// `key.stiffness` and `key.time` of one branch, `key.0.stiffness`, `key.0.time` and so on of a list.
     fn map_numbers<D: From<f64>>(
         &self,
         key: &str,
@@ -125,7 +125,8 @@ impl NumberTree for MaxwellBranches {
         }
     }
 
-    /// Rejects numbers of a branch that are not finite or negative, and a relaxation time of zero; `key` is the path.
+    /// Rejects, for any branch, a stiffness that is negative or not finite, and a relaxation time that is not finite
+    /// and above zero. `key` is the path of the table or list, for the error.
     fn check_numbers(&self, key: &str, kind: TableKind) -> Result<(), Error> {
         match self {
             Self::One(branch) => branch.check_numbers(key, kind),

@@ -1,13 +1,14 @@
-//! Mesh of a rest shape: positions of the nodes, arc lengths from the wall and lengths along the edges, m, and
-//! turning angles of the joints, rad.
+//! Mesh of a rest shape: positions of the nodes, arc lengths of the nodes from the wall, and lengths along the edges,
+//! m.
 //!
-//! Shapes build a [`Mesh`] (`shape`, `polyline`), and problems hold it. A clamp in the middle of an edge puts the first
-//! node behind the wall, at a negative arc length. At the other end the last node is beyond the length. With dual
-//! numbers it has derivatives by the parameters of the shape. `is_clamped_at_end` returns whether this is so, and
-//! `is_in_clamped_edge` whether an arc length is in the edge within such a clamp. `places` are the arc lengths of the
-//! nodes as fractions of the rod length. `turns` are the absolute turning angles of the joints, `turning` is their sum,
-//! and `is_straight` returns whether all are below `STRAIGHT`. `times` is a scaled mesh, and `angle` the angle
-//! between two vectors, rad.
+//! The modules `shape` and `polyline` build a [`Mesh`], and the discretized rod refers to it. N edges join N + 1 nodes.
+//! Arc lengths start at the wall, or at the first node of an end without one. A clamp within an edge puts the first
+//! node behind the wall, at a negative arc length, or the last node beyond the rod length (`is_clamped_at_end`).
+//! `is_in_clamped_edge` is true for arc lengths within such an outermost edge, on either side of its wall.
+//!
+//! A joint is a node between two edges. Its turning angle is the angle between them, 0 to pi, `atan2(|a x b|, a . b)`.
+//! A mesh is straight if all its turning angles are below `STRAIGHT`. Over dual numbers, positions and lengths have
+//! derivatives with respect to the parameters of the shape.
 
 use crate::numerics::scalar::Scalar;
 use nalgebra::Vector3;
@@ -19,9 +20,9 @@ pub struct Mesh<D = f64> {
     pub nodes: Vec<[D; 3]>,
     /// Arc length of every node from the wall, m; negative behind the wall.
     pub arc_length: Vec<D>,
-    /// Length between the walls or ends, m.
+    /// Length of the rod between the walls or free ends, m.
     pub length: D,
-    /// Length of the curve along every edge, m; estimated for a polyline.
+    /// Length of the curve along every edge, m, in order from the start; estimated from turning angles for a polyline.
     pub arcs: Vec<D>,
     /// Arc lengths of the nodes of the scene's own mesh, m, to which node indices refer; none if this is that mesh.
     pub named: Option<Vec<D>>,
@@ -34,15 +35,16 @@ const ROUNDING: f64 = 1e-9;
 const STRAIGHT: f64 = 1e-9;
 
 impl<D: Scalar> Mesh<D> {
-    /// Whether the last node is behind a wall, so that the rod ends between two nodes. Its arc length then exceeds that
-    /// of the rod by more than rounding.
+    /// Whether the rod ends within its last edge: the last node is behind a wall. Its arc length then exceeds the rod
+    /// length by more than `ROUNDING` of that.
     pub(crate) fn is_clamped_at_end(&self) -> bool {
         let last = self.arc_length.last().map_or(0.0, D::value);
         last > self.length.value() * (1.0 + ROUNDING)
     }
 
-    /// Whether an arc length `s` from the wall, m, is within the first or last edge, and this edge extends behind a
-    /// wall.
+    /// Whether the arc length `s` from the wall, m, is within an outermost edge that extends behind a wall. The first
+    /// edge does if its node has a negative arc length, the last one if [`is_clamped_at_end`](Self::is_clamped_at_end).
+    /// `ROUNDING` is the tolerance; arc lengths beyond the outermost node count as within.
     pub(crate) fn is_in_clamped_edge(&self, s: f64) -> bool {
         let place = |i: usize| self.arc_length[i].value();
         let (last, tolerance) = (self.arc_length.len() - 1, ROUNDING * self.length.value());
@@ -57,17 +59,18 @@ impl<D: Scalar> Mesh<D> {
 }
 
 impl Mesh {
-    /// Sum of the absolute turning angles of all joints, rad.
+    /// Sum of the absolute turning angles of all joints (inner nodes), rad; 0 for a straight rod.
     pub(crate) fn turning(&self) -> f64 {
         self.turns().sum()
     }
 
-    /// Whether all turning angles of joints are below [`STRAIGHT`].
+    /// Whether the turning angles of all joints are below [`STRAIGHT`] rad.
     pub(crate) fn is_straight(&self) -> bool {
         self.turns().all(|turn| turn < STRAIGHT)
     }
 
-    /// Absolute turning angle of every joint, rad, from the second node to the last but one.
+    /// Absolute turning angle of every joint, rad, 0 to pi, in order from the second node to the last but one. Empty
+    /// for fewer than three nodes.
     pub(crate) fn turns(&self) -> impl Iterator<Item = f64> {
         self.nodes.windows(3).map(|p| {
             let [a, b, c] = [0, 1, 2].map(|i| Vector3::from(p[i]));
@@ -75,7 +78,7 @@ impl Mesh {
         })
     }
 
-    /// The mesh with all positions and lengths multiplied by `scale`, over the number type of that.
+    /// The mesh with all positions and lengths, m, multiplied by the factor `scale`, which fixes the number type `D`.
     pub(super) fn times<D: Scalar>(self, scale: D) -> Mesh<D> {
         let scaled = |lengths: Vec<f64>| lengths.into_iter().map(|l| scale * l).collect();
         Mesh {
@@ -88,8 +91,8 @@ impl Mesh {
     }
 }
 
-/// Angle between two vectors, rad, 0 to pi, by the arc tangent of cross and scalar product, which is accurate for small
-/// angles.
+/// Angle between two vectors, rad, 0 to pi: `atan2(|a x b|, a . b)`, which is accurate for small angles. It is 0 if one
+/// of them is zero.
 pub(super) fn angle(a: &Vector3<f64>, b: &Vector3<f64>) -> f64 {
     a.cross(b).norm().atan2(a.dot(b))
 }

@@ -5,12 +5,12 @@
 //! derivatives by parameters ([`Scene::map_numbers`]). Each number is declared once with its unit and limits (`number`,
 //! `table`), and has a [`Parameter`] name, its path in the file. [`Scene::validate`] rejects invalid values and
 //! contradicting keys; the error has file, key, and the found and the allowed value. [`Scene::load`] reads a file, and
-//! the module `problem` builds the rod. Functions here return quantities of a whole scene: its integration scheme and
-//! tolerance, its discretization, section and material at a place of a tapered rod (`at`), and whether the motion loses
-//! energy (`is_dissipative`). `has_own_energies` is true with user-defined energies, tendons or contacts.
-//! `second_moments_along` are both second moments of area, m^4, within each part of the taper. `mesh_is_given` returns
-//! whether the scene names a node by its index, so that another mesh would change it. [`Scene::new`] is a clamped rod
-//! without loads and time. [`StructureScene`] is the scene of several rods.
+//! the module `problem` builds the rod. [`StructureScene`] is the scene of several rods.
+//!
+//! Functions of this file combine several tables. They return the integration scheme and its tolerance (the defaults
+//! without `[time]`), and the discretization (by default that of the kind of clamp). Section and material at a place
+//! are those of the rod times the taper factors there. A motion is dissipative with damping, drag, or contacts with
+//! friction or damping.
 //!
 //! Files: `rod`, `material`, `section`, `taper`, `along`, `break_points`, `mass`, `loads`, `drag`, `maxwell`,
 //! `contact`, `actuation`, `signal`, `initial`, `camera`, `time`, `scheme`, `tolerance` (tables); `shape`, `polyline`,
@@ -179,14 +179,16 @@ table! {
         /// The file the scene was read from; other paths are relative to it.
         #[serde(skip)]
         pub path: Option<PathBuf>,
-        /// Number of edges of another mesh than the scene's own. Points that the scene names by a node index keep their
-        /// arc length.
+        /// Number of edges that replaces `rod.segments`. Points that the scene names by a node index keep the arc
+        /// length of that node on the mesh with `rod.segments`.
         #[serde(skip)]
         pub(crate) remeshed: Option<usize>,
-        /// Ends whose clamps have a rotational compliance, now or for varying parameters.
+        /// For `[start, end]`, whether the clamp is modelled as compliant: its rotational compliance is not zero in the
+        /// scene, or is a varying parameter.
         #[serde(skip)]
         pub(crate) soft: [bool; 2],
-        /// Ends whose clamps have a rotational compliance in the scene itself, which its node indices refer to.
+        /// For `[start, end]`, whether the rotational compliance in the scene is not zero. Node indices refer to the
+        /// mesh with these clamps.
         #[serde(skip)]
         pub(crate) soft_by_itself: [bool; 2],
         /// Whether the file of the scene gives no gravity.
@@ -206,19 +208,21 @@ table! {
 }
 
 impl<D> Scene<D> {
-    /// The time integrator of `[time]`; the default, Newmark-beta, without it.
+    /// The time integrator `time.scheme`; the default, Newmark-beta, without `[time]`.
     pub fn scheme(&self) -> Scheme {
         self.time.as_ref().map_or_else(Scheme::default, |time| time.scheme)
     }
 
-    /// Largest Newton error of a time step, as a fraction of the rod length, of `[time]`; the default without it.
+    /// Largest Newton error of a time step, as a fraction of the rod length: `time.tolerance`, or the default, 3e-14,
+    /// without `[time]`.
     pub fn tolerance(&self) -> StepTolerance {
         self.time.as_ref().map(|time| time.tolerance).unwrap_or_default()
     }
 }
 
 impl<D> Scene<D> {
-    /// Whether the rod has energies beside those of its elements: user-defined ones, tendons or contacts.
+    /// Whether the scene has any user-defined energy, contact or tendon. Their energies are added to those of the
+    /// elements.
     pub(crate) fn has_own_energies(&self) -> bool {
         !self.energies.is_empty()
             || !self.contacts.is_empty()
@@ -227,14 +231,15 @@ impl<D> Scene<D> {
 }
 
 impl<D: Scalar> Scene<D> {
-    /// Section and material at a place, a fraction of the rod length, with their numbers times the factors of
-    /// `rod.taper` there; beyond an end those at the end.
+    /// Section and material at a place, a fraction of the rod length. Numbers with a factor in `rod.taper` are
+    /// multiplied by that at the place; before 0 and beyond 1 the factors are those of the ends.
     pub(crate) fn at(&self, place: f64) -> (Section<D>, Material<D>) {
         self.rod.taper.at(place, &self.rod.section, &self.material)
     }
 
-    /// Both second moments of area, m^4, at 1/4 and 3/4 of each piece between two breaks of the taper. Factors are
-    /// linear between breaks, so that second moments that are equal there are equal along the whole rod.
+    /// Both second moments of area (in the plane of `up`, then across it), m^4, at 1/4 and 3/4 of each piece between
+    /// two breaks of the taper, in order from the start. Factors are linear between breaks, so that two second moments
+    /// that are equal at all these places are equal along the whole rod.
     pub(crate) fn second_moments_along(&self) -> Vec<[D; 2]> {
         let of = |place: f64| self.at(place).0.moments().second_moments;
         // Inside of the pieces, since the factors of two pieces meet at a break.
@@ -246,14 +251,15 @@ impl<D: Scalar> Scene<D> {
 }
 
 impl Scene {
-    /// Whether the motion loses energy by physical causes: damping, drag, or losses of contacts.
+    /// Whether any physical term takes energy from the motion: damping or drag of the loads, or a contact with friction
+    /// or damping. Dissipation of the integration scheme does not count.
     pub(crate) fn is_dissipative(&self) -> bool {
         let has_loss = |contact: &Contact| contact.has_friction() || contact.has_damping();
         self.loads.are_dissipative() || self.contacts.iter().any(has_loss)
     }
 
-    /// Scene of a rod that is clamped at its start (mid-edge) and free at its end, at rest, without loads and without
-    /// `[time]`.
+    /// Scene of a rod of `segments` edges that is clamped at its start (wall in the middle of the first edge) and free
+    /// at its end. It starts at rest, and has neither loads nor `[time]`. Nothing is validated.
     ///
     /// ```
     /// use rodfit::scene::{Material, Section, Shape};
@@ -291,9 +297,9 @@ impl Scene {
 
     /// The same scene over another number type. `convert` returns the new number of the path, value and quantity of
     /// each physical number, in the order of the tables. Numbers without effect are converted without derivatives, and
-    /// `convert` is not called for them: initial velocities without `[time]`, `beta` and `rho_inf` of another scheme.
-    /// If the scene stands for a structure, `convert` gets the numbers of the camera, then those of the structure; the
-    /// numbers of the representative rod have no effect either.
+    /// `convert` is not called for them: initial velocities without `[time]`, `beta` and `rho_inf` if the scheme does
+    /// not use them. If the scene stands for a structure, `convert` gets the numbers of the camera, then those of the
+    /// structure. Those of the rod that represents the structure in a fit have no effect either.
     pub fn map_numbers<D: From<f64>>(
         &self,
         mut convert: impl FnMut(&str, f64, Quantity) -> D,
@@ -340,8 +346,8 @@ impl Scene {
         loads.chain(masses).any(|node| matches!(node, Point::Node(_)))
     }
 
-    /// The discretization that the scene gives. The default is `corrected` with walls in the middle of an edge, and
-    /// `paper` with walls at nodes.
+    /// The discretization in `rod.discretization`. Without that key it is `corrected` if the walls of clamps are in the
+    /// middle of an edge, and `paper` if they are at nodes.
     pub fn discretization(&self) -> Discretization {
         self.rod.discretization.unwrap_or(match self.supports.clamp {
             Clamp::MidEdge => Discretization::Corrected,
@@ -355,8 +361,8 @@ impl Scene {
         self.check().map_err(|error| error.in_file(self.path.as_deref()))
     }
 
-    /// Rejects `initial.state = "recorded"` without `[supports.path]`. With that table it rejects all states but
-    /// "recorded" and "equilibrium", an initial shape, and an initial velocity beside "recorded".
+    /// Rejects `initial.state = "recorded"` without `[supports.path]`. With that table it rejects any state other than
+    /// "recorded" and "equilibrium", an initial shape, and an initial velocity beside "recorded". No error otherwise.
     fn check_recorded_start(&self) -> Result<(), Error> {
         let Initial { state, shape, .. } = &self.initial;
         let recorded = *state == InitialState::Recorded;
@@ -381,8 +387,8 @@ impl Scene {
         Err(Error::invalid("initial.state", found, allowed))
     }
 
-    /// Rejects invalid signals, loads whose signal the scene does not have, and a time `loads.at_time` that is not
-    /// finite. Forces until t = 0 (`initial.point`) must have no signal and must not be follower loads.
+    /// Rejects invalid signals, point and line loads whose signal is not in the scene, and a time `loads.at_time` that
+    /// is not finite. Forces that act until t = 0 only (`initial.point`) must not have a signal or be follower loads.
     fn check_signals(&self) -> Result<(), Error> {
         self.signals.check_numbers("signals", TABLE)?;
         signal::check_signals(&self.signals)?;
@@ -408,7 +414,8 @@ impl Scene {
         Ok(())
     }
 
-    /// Rejects a signal to which no load and no actuator refers: a load without its `signal` would be constant.
+    /// Rejects the first signal that no point load, line load or actuator uses. It would have no effect, and the load
+    /// for which it was meant would be constant.
     fn check_signals_act(&self) -> Result<(), Error> {
         let point = self.loads.point.iter().map(|load| load.signal.as_deref());
         let line = self.loads.line.iter().map(|load| load.signal.as_deref());
@@ -426,10 +433,10 @@ impl Scene {
     }
 
     /// The checks of [`validate`](Self::validate), table by table, without the file in errors; the first error is
-    /// returned. Across tables, rejected are an axial compliance beside a stretch law that is not linear, a rotational
-    /// compliance beside a bending law, and `supports.angle` beside `initial.shape`. Signals to which nothing refers, a
-    /// recorded start that contradicts the supports, and a term that the scheme in `[time]` does not support, are
-    /// errors too.
+    /// returned. Combinations of tables that are rejected: an axial compliance beside a stretch law that is not linear,
+    /// a rotational compliance beside a bending law, and `supports.angle` beside `initial.shape`. So are signals to
+    /// which nothing refers, an open mesh beside node indices, a recorded start that contradicts the supports, and a
+    /// term that the scheme in `[time]` does not support.
     fn check(&self) -> Result<(), Error> {
         self.rod.check()?;
         self.material.check()?;

@@ -1,13 +1,14 @@
 //! Time steps that resolve the prescribed motions of the supports and other time-dependent inputs: errors and warnings
 //! for larger ones.
 //!
-//! Each ramp, oscillation or recorded motion has a duration, s: the ramp, the period, or the inverse of the bandwidth
-//! (`MotionRate`, also used for signals; `of_frequency` and `from_bandwidth` make it from Hz, `of_interval` from s,
-//! `good_step` is its largest step that resolves it well). A step must make at least `FEWEST_STEPS` per period of an
-//! oscillation, else `check` rejects it; below `GOOD_STEPS` there is a warning for each motion. Ramps and recordings
-//! require half as many. Motions of size zero and recordings at rest require none. `check_step` and `step_warnings` of
-//! the supports cover `supports.motion` and `supports.path`. `largest_good_step` returns the step, s, with at least
-//! `GOOD_STEPS` for all motions of `supports.motion`, infinite without any; `supports.path` is left out.
+//! A `MotionRate` has the duration `T` of a motion, s, and a fraction `f`. T and f are the period and 1 of an
+//! oscillation, the ramp or pulse and 1/2, or the inverse of the bandwidth and 1/2 of a recording. For `n` steps per
+//! period the largest step is `T/(f n)`. A step larger than that for `FEWEST_STEPS` is rejected, one larger than that
+//! for `GOOD_STEPS` has a warning; rounding errors are tolerated.
+//!
+//! Motions of the supports are those of `supports.motion` and `supports.path`. A motion of size zero, one without ramp,
+//! frequency and bandwidth, and a recording at rest allow every step. The largest good step of all supports does not
+//! include `supports.path`. Signals use the same type.
 
 use crate::code::Code;
 use crate::error::Error;
@@ -24,7 +25,7 @@ const GOOD_STEPS: f64 = 20.0;
 /// Tolerance of a step size, as a fraction of the largest allowed one, for rounding errors.
 const ROUNDING: f64 = 1e-9;
 
-/// Time scale of a prescribed motion, and the fraction of the steps per period that resolves it.
+/// Time scale of a prescribed motion or signal, and the steps that resolve it.
 pub(super) struct MotionRate {
     /// Key in the scene file.
     key: String,
@@ -34,7 +35,7 @@ pub(super) struct MotionRate {
     time: f64,
     /// Name of that duration: `period`, `ramp` or `pulse`.
     interval: &'static str,
-    /// Steps that the duration requires, as a fraction of those per period.
+    /// Steps that the duration requires, as a fraction of those that a period of an oscillation requires: 1 or 1/2.
     fraction: f64,
 }
 
@@ -62,33 +63,36 @@ impl MotionRate {
         })
     }
 
-    /// Rate of a recorded motion of a bandwidth, Hz, whose period is `1/bandwidth`. Slower components make up 99 % of
-    /// its variance, so that half as many steps a period resolve it as those of a single frequency. Two steps a period
-    /// are those of the sampling theorem. `name` is that of the motion in messages.
+    /// Rate of a recorded motion with the period `1/bandwidth`, of a `bandwidth` in Hz, below which 99 % of its
+    /// variance lie. It requires half as many steps per period as an oscillation, since most of the motion is slower;
+    /// two steps per period are those of the sampling theorem. `key` is the key in the scene and `name` the name of the
+    /// motion, for messages.
     pub(super) fn from_bandwidth(key: String, name: &str, bandwidth: f64) -> Self {
         let found = format!("{name} of up to {bandwidth:.3} Hz (99 % of its variance)");
         Self { key, found, time: bandwidth.recip(), interval: "period", fraction: 0.5 }
     }
 
-    /// Rate of an oscillation of a `frequency`, Hz.
+    /// Rate of an oscillation with a `frequency`, Hz, and thus the period `1/frequency`. `key` is its key, for
+    /// messages.
     pub(super) fn of_frequency(key: String, frequency: f64) -> Self {
         let (found, time) = (format!("{frequency} Hz"), frequency.recip());
         Self { key, found, time, interval: "period", fraction: 1.0 }
     }
 
-    /// Rate of an interval (its name, for messages) of a `duration`, s, within which a value acts.
+    /// Rate of a ramp or pulse with a `duration`, s, which requires half as many steps as a period. `interval` is its
+    /// name and `key` its key, for messages.
     pub(super) fn of_interval(key: String, interval: &'static str, duration: f64) -> Self {
         let found = format!("{duration} s as the duration of a {interval}");
         Self { key, found, time: duration, interval, fraction: 0.5 }
     }
 
-    /// Largest step size, s, that makes [`GOOD_STEPS`] per period, or half as many per ramp or recorded period.
+    /// Largest step size, s, that makes [`GOOD_STEPS`] per period, or half as many per ramp, pulse or recorded period.
     pub(super) fn good_step(&self) -> f64 {
         self.step(GOOD_STEPS)
     }
 
-    /// Rejects a time step, s, that makes fewer than [`FEWEST_STEPS`] per period, or half as many per ramp or recorded
-    /// period. The error has the key of the motion, and a step that resolves it well.
+    /// Rejects a time step, s, that makes fewer than [`FEWEST_STEPS`] per period, or half as many per ramp, pulse or
+    /// recorded period. The error has the key of the motion, and a step that resolves it well.
     pub(super) fn check(self, step: f64) -> Result<(), Error> {
         let Some([found, needed]) = self.too_large(step, FEWEST_STEPS) else { return Ok(()) };
         // The message advises a step without a warning, not the largest accepted one.
@@ -99,7 +103,7 @@ impl MotionRate {
     }
 
     /// The warning, with its code, of a time step, s, that makes fewer than [`GOOD_STEPS`] per period, or half as many
-    /// per ramp or recorded period; `None` for smaller steps.
+    /// per ramp, pulse or recorded period; `None` for smaller steps.
     pub(super) fn warning(&self, step: f64) -> Option<(Code, String)> {
         let [found, needed] = self.too_large(step, GOOD_STEPS)?;
         let key = &self.key;
@@ -112,8 +116,8 @@ impl MotionRate {
 }
 
 impl Motion {
-    /// Rate of the ramp, or else the oscillation, of the motion with this key. None for a motion of size zero, or
-    /// without ramp and frequency.
+    /// Rate of the ramp of the motion, or without a ramp of its oscillation; `key` is the path of the motion. None if
+    /// displacement, rotation and twist are all zero, or without ramp and frequency.
     fn rate(&self, key: &str) -> Option<MotionRate> {
         let moves = self.displacement != [0.0; 3] || self.rotation != [0.0; 3] || self.twist != 0.0;
         let (name, value, unit) = match (self.ramp, self.frequency) {
@@ -145,14 +149,15 @@ impl Supports {
         self.rates().chain(self.path_rate()).filter_map(|rate| rate.warning(step)).collect()
     }
 
-    /// Largest time step, s, that makes [`GOOD_STEPS`] per period (half as many per ramp or recorded period) of all
-    /// motions of walls and hinges. Infinite without any. Recorded ends are left out: their steps follow from the
-    /// frames of the recording.
+    /// Smallest of the step sizes, s, that make [`GOOD_STEPS`] per period (half as many per ramp or recorded period) of
+    /// the motions in `supports.motion`. Infinite without any. The recording in `supports.path` is left out: its steps
+    /// follow from the frames of the recording.
     pub(crate) fn largest_good_step(&self) -> f64 {
         self.rates().map(|rate| rate.step(GOOD_STEPS)).fold(f64::INFINITY, f64::min)
     }
 
-    /// Rates of `supports.motion`, each with its key: its ramp or oscillation, then its recording that has a bandwidth.
+    /// Rates of the entries of `supports.motion` in order: of each its ramp or oscillation, then its recording if that
+    /// has a bandwidth.
     fn rates(&self) -> impl Iterator<Item = MotionRate> {
         self.motion.iter().enumerate().flat_map(|(i, motion)| {
             let key = format!("supports.motion[{i}]");
@@ -164,8 +169,8 @@ impl Supports {
         })
     }
 
-    /// Rate of the recording `supports.path`, by its bandwidth; none without a recording, before its examination, and
-    /// at rest.
+    /// Rate of the recording `supports.path`, with its bandwidth. None without a recording that was read and examined,
+    /// and for one at rest.
     fn path_rate(&self) -> Option<MotionRate> {
         let bandwidth = self.path.as_ref()?.track.as_ref()?.bandwidth()?;
         Some(MotionRate::from_bandwidth("supports.path.file".into(), "recorded motion", bandwidth))

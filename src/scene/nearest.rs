@@ -1,10 +1,10 @@
 //! Suggestions for unknown names in messages: the most similar known names, or the parameter of a common symbol (`E`,
 //! `rho`).
 //!
-//! [`nearest`] orders given names by the Jaro-Winkler similarity (crate strsim), the larger one of those to the whole
-//! name and to its part behind the last dot. It returns the best three as text, the most similar first, separated by
-//! commas. One of six symbols of textbooks (`SYMBOLS`) gives its parameter alone. For a name longer than
-//! [`LONGEST_NAME`] bytes the text is `none`. Errors of unknown parameters end with it.
+//! [`nearest`] orders given names by the larger Jaro-Winkler similarity (crate strsim) of the unknown name to the whole
+//! name or to its part behind the last dot. It returns the best three as text, the most similar first, separated by
+//! commas. One of six symbols of textbooks (`SYMBOLS`) gives its parameter alone, whether or not that is in the list.
+//! For a name longer than [`LONGEST_NAME`] bytes the text is `none`. Errors of unknown parameters end with it.
 
 use crate::numerics::total_order;
 use std::cmp::Reverse;
@@ -20,9 +20,10 @@ const SYMBOLS: [(&str, &str); 6] = [
 /// Longest name, in bytes, for which suggestions are searched.
 pub const LONGEST_NAME: usize = 200;
 
-/// The three names of `names` that are most similar to `name`, the most similar first, separated by commas. The
-/// similarity is the larger one of those to the whole name and to its part behind the last dot. For a symbol (`E`,
-/// `rho`) it is the parameter alone. `none` for a name longer than [`LONGEST_NAME`].
+/// The three of `names` (all of fewer) that are most similar to `name`, the most similar first, separated by commas.
+/// The measure is the larger Jaro-Winkler similarity of `name` to the whole name or to its part behind the last dot; of
+/// equal ones the order is that of `names`. For a symbol of a textbook (`E`, `rho`) it is the parameter of the symbol
+/// alone, also if `names` lacks it. `none` for a name longer than [`LONGEST_NAME`].
 pub fn nearest(name: &str, names: &[&str]) -> String {
     let likeness = |other: &str| {
         // Short names and last parts of paths are the most likely inputs.

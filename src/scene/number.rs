@@ -18,7 +18,7 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 use std::f64::consts::PI;
 
-/// Number type of scenes that are read from files and written to them.
+/// Number type of scenes that are read from files and written to them: `f64`.
 pub trait SceneNumber:
     Copy + Serialize + DeserializeOwned + Default + From<f64> + PartialEq
 {
@@ -37,7 +37,7 @@ pub struct Quantity {
     pub unit: &'static str,
     /// Smallest and largest allowed value, in `unit`.
     pub limits: [f64; 2],
-    /// Whether it is positive and identified in its logarithm.
+    /// Whether it is above zero (or also zero, with `may_vanish`); fits then identify its logarithm.
     pub is_positive: bool,
     /// Whether it is positive or zero, where zero switches the effect off.
     pub may_vanish: bool,
@@ -84,7 +84,7 @@ impl Quantity {
         }
     }
 
-    /// A number of either sign in a unit, within 1e12. A search begins at the scene's value.
+    /// A number of either sign in a unit, from -1e12 to 1e12. A search begins at the scene's value.
     pub const fn signed(unit: &'static str) -> Self {
         Self { limits: [-1e12, 1e12], is_positive: false, ..Self::positive(unit) }
     }
@@ -92,22 +92,24 @@ impl Quantity {
     /// An angle in rad, up to half a turn in either direction.
     pub const ANGLE: Self = Self::signed("rad").within(-PI, PI);
 
-    /// The same quantity with the smallest and largest allowed value `low` and `high`, which bound it in fits.
+    /// The same quantity with the limits `low` and `high`, in its unit: the smallest and largest value in fits and of
+    /// the parameters of user-defined energies.
     pub const fn within(self, low: f64, high: f64) -> Self {
         Self { limits: [low, high], ..self }
     }
 
-    /// The same quantity with other values at which a search without a start value begins.
+    /// The same quantity with the values `candidates`, at which a fit without a start value begins its search.
     pub const fn searched(self, candidates: Candidates) -> Self {
         Self { candidates, ..self }
     }
 
-    /// The same positive quantity, which may also be zero, without effect.
+    /// The same positive quantity, which may also be zero, where it switches its effect off. For a signed one nothing
+    /// changes.
     pub const fn vanishing(self) -> Self {
         Self { may_vanish: true, ..self }
     }
 
-    /// The same quantity as a property of the camera: the motion does not depend on it.
+    /// The same quantity marked as one of the camera: recorded positions depend on it, and the motion does not.
     pub const fn of_the_camera(self) -> Self {
         Self { is_of_the_camera: true, ..self }
     }
@@ -142,8 +144,8 @@ impl<'a, D> NumberVisitor<'a, D> {
         Self { path: String::new(), convert }
     }
 
-    /// The converted number of a key of the present table: `convert` of its path, value and quantity. The path of the
-    /// table is unchanged afterwards.
+    /// The converted number of the entry `key` of the present table. `convert` gets its path (that of the table, a dot,
+    /// `key`), value and quantity. The path of the table is unchanged afterwards.
     pub fn number(&mut self, key: &str, value: f64, quantity: Quantity) -> D {
         // One buffer for all paths: keys are appended and removed, not copied.
         let outer_length = self.enter(key);
@@ -152,7 +154,8 @@ impl<'a, D> NumberVisitor<'a, D> {
         number
     }
 
-    /// Appends a key to the path and returns the length of the path before, for [`leave`](Self::leave).
+    /// Appends a key to the path, behind a dot unless the path is empty. Returns the length of the path before, in
+    /// bytes, for [`leave`](Self::leave).
     pub fn enter(&mut self, key: &str) -> usize {
         let outer_length = self.path.len();
         if outer_length > 0 {
@@ -162,7 +165,8 @@ impl<'a, D> NumberVisitor<'a, D> {
         outer_length
     }
 
-    /// Removes the keys behind this length of the path, which [`enter`](Self::enter) returned.
+    /// Shortens the path to `outer_length` bytes, which [`enter`](Self::enter) returned, and so removes the keys
+    /// appended since.
     pub fn leave(&mut self, outer_length: usize) {
         self.path.truncate(outer_length);
     }

@@ -1,14 +1,15 @@
 //! `[energy.<name>]`: [user-defined energies](crate::energy::own) of a scene with their place on the rod and
 //! parameters.
 //!
-//! [`Attached`] is one of them: name, place ([`At`]), values and, once given, the code. A scene file contains the place
-//! and the parameters, but not the code. A scene that is read from such a file is complete only once the code is given:
-//! see [`Scene::load_with`](crate::Scene::load_with). `Attached::new` makes an energy with its code, and declares the
-//! quantities of its parameters for the whole program; `key` is the path of its table, `values` are names and values of
-//! its parameters, and `code` is `None` after reading from a file. `At::check` rejects places outside the rod. The
-//! check of a scene rejects an energy without code, a name twice, names that are not a letter followed by letters,
-//! digits, - and _, and values outside the limits of the code. It also rejects two energies that declare one parameter
-//! path with different quantities. The functions `serialize` and `deserialize` write and read the tables.
+//! [`Attached`] is one of them: name, place ([`At`]), values of the parameters and, once given, the code. A scene file
+//! contains place and parameters in `[energy.<name>]`, but not the code. A scene that is read from such a file is
+//! complete only once the code is given: see [`Scene::load_with`](crate::Scene::load_with). An energy with code is made
+//! by `Attached::new`, which also declares the quantities of its parameters for the whole program.
+//!
+//! The check of a scene rejects an energy without code, a name twice, and names that are not a letter followed by
+//! letters, digits, - and _. Rejected are also values outside the limits of the code, and a parameter path that two
+//! energies declare with different quantities. Places must be between 0 and the rod length (`At::check`). The functions
+//! `serialize` and `deserialize` write and read the tables.
 
 use crate::error::Error;
 use crate::scene::number::{NumberVisitor, Quantity, SceneNumber};
@@ -41,8 +42,8 @@ pub enum At {
 }
 
 impl At {
-    /// Rejects arc lengths outside a rod of a `length`, m, and an interval that does not ascend. Other places are
-    /// accepted. `key` is that of the energy, for the error.
+    /// Rejects an arc length below 0 or above `length`, the length of the rod, m, and an interval whose second end is
+    /// not above the first. Start, end and the whole rod are accepted. `key` is the path of the energy, for the error.
     pub(crate) fn check(self, key: &str, length: f64) -> Result<(), Error> {
         let on_the_rod = |s: f64| (0.0..=length).contains(&s);
         let fine = match self {
@@ -58,9 +59,10 @@ impl At {
     }
 }
 
-/// Code of a user-defined energy, behind a pointer; the module `energy` implements it and recovers the energy.
+/// Code of a user-defined energy as a trait object; the module `energy` implements the trait and downcasts to the
+/// energy.
 pub(crate) trait Code: Any + Send + Sync {
-    /// Names and quantities (unit, limits) of its parameters, in the order of the values.
+    /// Names and quantities (unit, limits) of the parameters of the energy, in the order of their values.
     fn parameters(&self) -> &'static [(&'static str, Quantity)];
 }
 
@@ -85,8 +87,8 @@ impl<D> Attached<D> {
         self.at
     }
 
-    /// Names and values of the parameters of the energy; in the order of the code, or of the names after reading from a
-    /// file.
+    /// Names and values of the parameters of the energy. They are in the order of the code if the energy was made with
+    /// it, and in alphabetical order after reading from a file.
     pub fn values(&self) -> impl Iterator<Item = (&str, &D)> {
         self.values.iter().map(|(name, value)| (&**name, value))
     }
@@ -133,9 +135,9 @@ impl<D: PartialEq> PartialEq for Attached<D> {
 }
 
 impl Attached {
-    /// Energy of a name at a place, with the `values` of the parameters of its `code`, in their order. Excess values or
-    /// parameters are left out. Declares the quantities of the parameters `energy.<name>.<parameter>` for the whole
-    /// program.
+    /// Energy of a name at a place with its `code`. Value i is that of the i-th parameter of the code; of lists of
+    /// different lengths the excess entries are left out. Declares the quantity of each parameter
+    /// `energy.<name>.<parameter>` of the code for the whole program.
     pub(crate) fn new(name: &str, at: At, code: Arc<dyn Code>, values: &[f64]) -> Self {
         let known = code.parameters().iter();
         // Names of parameters are resolved without a scene, so that their quantities are global.
@@ -146,9 +148,9 @@ impl Attached {
         Self { name: name.into(), at, values: values.collect(), code: Some(code) }
     }
 
-    /// Rejects an energy without code, names that are not a letter followed by letters, digits, - and _, and a
-    /// parameter named `at`. Rejects values outside the limits of their quantity, and a parameter that another energy
-    /// declared with another quantity.
+    /// Rejects an energy without code; names (of energy and parameters) that are not a letter followed by letters,
+    /// digits, - and _; and a parameter named `at`. Rejects values outside the limits of their quantity in the code,
+    /// and a parameter path that was first declared with another quantity.
     fn check(&self) -> Result<(), Error> {
         let key = self.key();
         let Some(code) = &self.code else {
@@ -194,8 +196,9 @@ impl NumberTree for Attached {
     type Kind = TableKind;
     type Over<D> = Attached<D>;
 
-    /// The energy over `D`, with every value converted by the visitor under `key.<parameter>`. Without code its
-    /// quantity is a signed number without a unit. Name, place and code are copied.
+    /// The energy over the number type `D`: the visitor converts each value at the path `key.<parameter>`, with its
+    /// quantity in the code. Without code the quantity is a signed number without a unit. Name, place and code are
+    /// copied.
     fn map_numbers<D: From<f64>>(
         &self,
         key: &str,
@@ -214,7 +217,7 @@ impl NumberTree for Attached {
         Attached { name: self.name.clone(), at: self.at, code: self.code.clone(), values }
     }
 
-    /// Accepts all numbers: the check of the energies compares them with the limits of the code.
+    /// Accepts all numbers, since the function `check` of this module compares them with the limits of the code.
     fn check_numbers(&self, _: &str, _: TableKind) -> Result<(), Error> {
         Ok(())
     }
@@ -262,7 +265,7 @@ impl<D: SceneNumber> Serialize for Attached<D> {
     }
 }
 
-/// Writes the list of energies as a map from names to tables with place and values, in the order of the list.
+/// Writes the list of energies as a map from names to tables of values and place, in the order of the list.
 pub(super) fn serialize<S: Serializer, D: SceneNumber>(
     energies: &[Attached<D>],
     serializer: S,
@@ -270,7 +273,8 @@ pub(super) fn serialize<S: Serializer, D: SceneNumber>(
     serializer.collect_map(energies.iter().map(|energy| (&*energy.name, energy)))
 }
 
-/// Reads a map from names to tables of energies as a list in the order of names; they have no code yet.
+/// Reads a map from names to tables (`at`, and any number of parameters) as a list of energies in alphabetical order of
+/// their names, without code.
 pub(super) fn deserialize<'de, T: Deserializer<'de>, D: SceneNumber>(
     deserializer: T,
 ) -> Result<Vec<Attached<D>>, T::Error> {

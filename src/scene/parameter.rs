@@ -1,15 +1,17 @@
 //! Parameters: the physical [numbers](crate::scene::number) of a scene by their path in the file, or by a short name.
 //!
-//! Trajectories are differentiated by parameters, and fits identify them. [`Parameter`] is a path, of which the program
-//! keeps one copy. Its methods return unit and limits (`quantity`), its value in a scene (`of`), and a scene with other
-//! values (`set`, `set_all`). `at` does not check the path, `declare` sets the quantity of a parameter of a
-//! user-defined energy, and `list` returns the parameters of a list along the rod. `absent` is the error for a scene
-//! without the parameter. `is_positive`, `is_of_the_camera`, `is_of_structure`, `is_moment` and `is_of_kelvin_voigt`
-//! classify; `aliases` has the short name. [`Scene::over_parameters`] converts a scene, with a number of choice for
-//! each parameter. Numbers without effect in a scene are no parameters of it ([`Scene::map_numbers`]). The quantities
-//! of all built-in parameters come from `catalog_scenes`, which contain every kind of table; those of user-defined
-//! energies from their declarations. Unknown names are errors with similar names ([`Parameter::named`] returns `None`),
-//! and so are parameters that a scene does not have when they are set; the value of these is `None`.
+//! Trajectories are differentiated with respect to parameters, and fits identify them. A [`Parameter`] is a path and
+//! the name by which it was constructed; it has no value, which a scene has (`of`). A scene with other values is a copy
+//! (`set`, `set_all`). The quantity (unit, limits, search range) of a built-in parameter is that of its path with list
+//! indices and names replaced by placeholders. All such paths come from `catalog_scenes`, which contain every kind of
+//! table; those of user-defined energies come from their declarations.
+//!
+//! Names are paths (`rod.natural_curvature.0`), short names (`youngs_modulus`), or numbered parts of lists, counted
+//! from 1 (`natural_curvature.1`). Two names of one path are equal parameters. Numbers without effect in a scene are no
+//! parameters of it ([`Scene::map_numbers`]). To parse an unknown name, and to set a parameter that the scene does not
+//! have, are errors with similar names; [`Parameter::named`] and `of` return `None`.
+//!
+//! [`Scene::over_parameters`] converts a scene to another number type, with a given number for each parameter.
 
 use crate::error::Error;
 use crate::scene::Scene;
@@ -132,27 +134,28 @@ short_names! {
     ClampPositionZ = "clamp_position.z": "camera.clamp_position.z";
 }
 
-/// Lists along the rod, whose short names are numbered from 1.
+/// Keys of `[rod]` whose values may be lists along the rod. Short names of their entries are numbered from 1.
 const LISTS: [&str; 2] = ["natural_curvature", "natural_twist"];
 
 impl Parameter {
-    /// The parameter at a path of a scene, which is not checked; its name is the path. The program keeps one copy of
-    /// each path.
+    /// The parameter with this path, which is not checked; its name is the path. The program keeps one copy of each
+    /// path.
     pub(crate) fn at(path: &str) -> Self {
         let path = intern(path);
         Self { path, name: path }
     }
 
-    /// Declares the quantity of a parameter of a user-defined energy by its path, for the whole program. The first
-    /// declaration remains; a scene with another one is rejected.
+    /// Declares the quantity (unit, limits) of the parameter of a user-defined energy at `path`, for the whole program.
+    /// If the path has been declared before, the first quantity remains; a scene with another one is rejected.
     pub(crate) fn declare(path: &str, quantity: Quantity) {
         let mut own = user_quantities().lock().unwrap_or_else(PoisonError::into_inner);
         own.entry(path.into()).or_insert(quantity);
     }
 
     /// The parameter of a name: a short name, a numbered part of a list (`natural_curvature.1`, counted from 1), or a
-    /// path in the scene file. None for an unknown name, and for a path longer than `LONGEST_NAME`. List indices of any
-    /// size, and paths of user-defined energies by their form, are accepted without a scene.
+    /// path in the scene file. None for an unknown name, and for a path longer than `LONGEST_NAME` bytes. No scene is
+    /// needed: list indices of any size, any names of named lists, and all paths `energy.<name>.<parameter>` are
+    /// accepted.
     ///
     /// ```
     /// use rodfit::Parameter;
@@ -197,7 +200,7 @@ impl Parameter {
         all
     }
 
-    /// A list with the short name of the parameter; empty without one.
+    /// The short name of the parameter, as a list of one; an empty list without one.
     pub fn aliases(self) -> Vec<&'static str> {
         Vec::from_iter(self.short_name())
     }
@@ -207,8 +210,8 @@ impl Parameter {
         self.name
     }
 
-    /// Short name; none without one. Entries of a list along the rod have one, numbered from 1, while paths count from
-    /// 0.
+    /// Short name of the parameter; none without one. Entry `i` of `rod.natural_curvature` and `rod.natural_twist`
+    /// (paths count from 0) has the short name with the number `i + 1`.
     fn short_name(self) -> Option<&'static str> {
         if let Some((short, _)) = SHORT_NAMES.iter().find(|(_, parameter)| *parameter == self) {
             return Some(short);
@@ -225,8 +228,8 @@ impl Parameter {
         self.path
     }
 
-    /// Unit, limits and search range of its path, of a built-in parameter or a declared one. For other paths it is a
-    /// number of either sign without a unit.
+    /// Unit, limits and search range of the parameter's path: those of the built-in parameter, else those that a
+    /// user-defined energy declared. For other paths the quantity is a signed number without a unit.
     pub fn quantity(self) -> Quantity {
         // The quantities of user-defined energies are known once a program has attached them.
         let own = || {
@@ -237,12 +240,13 @@ impl Parameter {
         known.or_else(own).unwrap_or(Quantity::signed(""))
     }
 
-    /// Unit of its quantity, such as `m`; empty for pure numbers.
+    /// Unit of the parameter's [quantity](Self::quantity), such as `m`; empty for pure numbers.
     pub fn unit(self) -> &'static str {
         self.quantity().unit
     }
 
-    /// Whether the quantity of the parameter is positive, or also zero; fits identify it in its logarithm.
+    /// Whether the value must be positive, or may also be zero, in which case fits identify its logarithm; false for
+    /// signed numbers.
     pub fn is_positive(self) -> bool {
         self.quantity().is_positive
     }
@@ -252,24 +256,27 @@ impl Parameter {
         self.quantity().is_of_the_camera
     }
 
-    /// Whether the parameter is a number of a rod, material, body or joint of a structure.
+    /// Whether the parameter is a number of a rod, material, body or joint of a structure: its path begins with `rods`,
+    /// `materials`, `bodies` or `joints`.
     pub(crate) fn is_of_structure(self) -> bool {
         let list = self.path.split('.').next().unwrap_or_default();
         (NAMED_LISTS.contains(&list) && list != "signals") || list == "joints"
     }
 
-    /// Whether the parameter is a component of a moment, of `loads.point` or `initial.point`.
+    /// Whether the parameter is a component of a moment, N m, of `loads.point` or `initial.point`: its path contains
+    /// `.moment.`.
     pub(crate) fn is_moment(self) -> bool {
         self.path.contains(".moment.")
     }
 
-    /// Whether the parameter is a Kelvin-Voigt time, `loads.damping.stiffness`, `bending`, `twisting` or `stretching`.
+    /// Whether the parameter is a Kelvin-Voigt time, s: `stiffness`, `bending`, `twisting` or `stretching` of
+    /// `loads.damping`.
     pub(crate) fn is_of_kelvin_voigt(self) -> bool {
         let own = self.path.strip_prefix("loads.damping.");
         own.is_some_and(|own| Damping::<f64>::default().times().iter().any(|(key, _)| *key == own))
     }
 
-    /// Smallest and largest allowed value in a fit, in its unit.
+    /// Smallest and largest allowed value in a fit, in the unit of the parameter, by its [quantity](Self::quantity).
     pub fn limits(self) -> [f64; 2] {
         self.quantity().limits
     }
@@ -287,15 +294,15 @@ impl Parameter {
         found
     }
 
-    /// Replaces the value in a scene, without validation. An error, with the scene unchanged, if the scene does not
-    /// have the parameter.
+    /// Replaces the value of the parameter in a scene, in the unit of its quantity and without validation. An error,
+    /// with the scene unchanged, if the scene does not have the parameter.
     pub fn set(self, scene: &mut Scene, value: f64) -> Result<(), Error> {
         *scene = Self::set_all(scene, [(self, value)])?;
         Ok(())
     }
 
-    /// The scene with other values of some parameters; of several values of one parameter the last. An error for a
-    /// parameter that the scene does not have.
+    /// A copy of the scene with other values of some parameters, not validated; of several values of one parameter the
+    /// last. An error for a parameter that the scene does not have.
     pub(crate) fn set_all(
         scene: &Scene,
         values: impl IntoIterator<Item = (Self, f64)>,
@@ -316,8 +323,9 @@ impl Parameter {
         }
     }
 
-    /// Parameters of a list of a scene along the rod, in order from its start. `name` is the path of the list or its
-    /// short name, `natural_curvature`; of pairs one component, `rod.natural_bending.d1`.
+    /// Parameters of the entries of one list of a scene along the rod, in order from its start. `name` is the path of
+    /// the list or its short name, `natural_curvature`; for a list of pairs it ends with one component,
+    /// `rod.natural_bending.d1`.
     ///
     /// # Errors
     /// [`Error::Invalid`] for names that are not lists of the scene.
@@ -348,8 +356,8 @@ impl Parameter {
         }
     }
 
-    /// The error for a parameter that a scene does not have. It has the condition under which a scene has the
-    /// parameter, and the three most similar names of the scene.
+    /// The error for a parameter that a scene does not have. It contains the condition under which a scene has the
+    /// parameter, and the three most similar names (short ones, where they exist) of the scene's parameters.
     pub fn absent(self, scene: &Scene) -> Error {
         let short = |p: Self| p.short_name().unwrap_or(p.path);
         let names: Vec<&str> = Self::all(scene).into_iter().map(short).collect();
@@ -402,7 +410,7 @@ impl schemars::JsonSchema for Parameter {
         "Parameter".into()
     }
 
-    /// JSON schema of `Parameter`.
+    /// JSON schema of `Parameter`: a string, with all short names and general paths as suggestions.
     fn json_schema(_: &mut schemars::SchemaGenerator) -> schemars::Schema {
         // Paths without list indices and names; lists, structures and user-defined energies have more.
         let is_whole = |place: &&String| !place.contains('#') && !place.contains(ANY_NAME);
@@ -475,8 +483,7 @@ impl Scene {
     }
 }
 
-/// Copy of a name that lives as long as the program, one for each name. Later calls return the same copy. The number of
-/// copies is that of the parameters in use.
+/// Copy of a name that is never freed. All calls with the same name return the same copy.
 fn intern(name: &str) -> &'static str {
     static NAMES: Mutex<BTreeSet<&'static str>> = Mutex::new(BTreeSet::new());
     let mut names = NAMES.lock().unwrap_or_else(PoisonError::into_inner);
@@ -513,7 +520,8 @@ fn is_of_user_energy(name: &str) -> bool {
         && parts.all(|part| part.starts_with(|c: char| c.is_ascii_alphabetic()))
 }
 
-/// Declared quantities of the parameters of user-defined energies by their path, of the whole program.
+/// Quantities that user-defined energies declared for their parameters, by path. There is one map for the whole
+/// program.
 fn user_quantities() -> &'static Mutex<BTreeMap<String, Quantity>> {
     static QUANTITIES: Mutex<BTreeMap<String, Quantity>> = Mutex::new(BTreeMap::new());
     &QUANTITIES

@@ -1,18 +1,15 @@
 //! `[supports.path]`: recording of markers that drives ends of the rod, and nodes between them.
 //!
-//! [`Recorded`] reads the file, examines it for defects, corrects these on request, and assigns markers to nodes:
-//! markers divide the rod into parts with equally many edges. A recorded end holds its outermost `held` markers, with
-//! the nodes between them on chords; `inner` markers are prescribed too. Other markers are observations. Rejected are
-//! settings that contradict the supports or leave no free node, and `inner` names that are no markers between the held
-//! nodes. The number of edges of a mesh must be a multiple of the number of parts. Output: the nodes that an end holds
-//! and those at inner markers, each with its two markers and the fraction of the chord between them ([`RecordedNode`]).
-//! Before the recording is read the lists are empty.
+//! [`Recorded`] reads the file, examines it for defects, corrects these on request, and assigns markers to nodes. M
+//! markers, from the start of the rod to its end, divide it into M - 1 parts with equally many edges. Each marker is at
+//! a node, so that the number of edges must be a multiple of M - 1. A recorded end holds its outermost `held` markers,
+//! with the nodes between them on chords. The positions of `inner` markers are prescribed too. All other markers are
+//! observations (`free_markers`).
 //!
-//! `end_nodes` are the nodes that an end holds, `held_nodes` is their number, and `inner_nodes` are those at inner
-//! markers. `spans` is the number of parts (1 before the recording is read), and `free_markers` are the observations.
-//! `check` rejects settings, `check_nodes` a mesh and inner markers. `track` is the recording, an error before it is
-//! read; `Recorded::of` is made from a track in place of a file. `nodes` are the nodes at all markers, an error if the
-//! mesh does not fit.
+//! Output: the nodes that an end holds and those at inner markers, each with two markers and the fraction of the chord
+//! between them ([`RecordedNode`]). Rejected are settings that contradict the supports or leave no free node, and
+//! `inner` names that are no markers between the held nodes. Before the recording is read, lists of nodes and markers
+//! are empty, and functions that need it return an error.
 
 use crate::error::Error;
 use crate::scene::faults::{LostFrames, SwappedLabels};
@@ -122,9 +119,10 @@ impl Recorded {
         Self { track: Some(track.into()), ..Self::new("") }
     }
 
-    /// Reads the recording from its file in `folder`, unless there is a track. Unless that is examined, finds its
-    /// defects, corrects them as the settings request, and computes the bandwidth. `ends` are the supports, which
-    /// determine the markers that drive the rod. An error for a file that cannot be read.
+    /// Reads the recording from its file, relative to `folder`, unless there is a track. A track that has not been
+    /// examined is then searched for defects in the markers that drive the rod, which are corrected as the settings
+    /// request; its bandwidth is computed. `ends` are the supports at start and end, which determine these markers. An
+    /// error for a file that cannot be read.
     pub(crate) fn read(&mut self, folder: &Path, ends: [Support; 2]) -> Result<(), Error> {
         // A scene made in code has its track; a file is read once.
         let track = match self.track.take() {
@@ -146,8 +144,8 @@ impl Recorded {
         Ok(())
     }
 
-    /// Settings of the file (format, confidence, axes, frame rate, scale, direction of y, start time) for the reader
-    /// `marker_files`.
+    /// Settings of the file (format, columns, confidence, axes, frame rate, scale, direction of y, start time) for the
+    /// reader `marker_files`.
     fn recording(&self) -> Recording {
         let Self { format, likelihood, axes, fps, scale, y, time_zero, .. } = *self;
         let columns = self.columns.clone();
@@ -164,7 +162,7 @@ impl Recorded {
         }
     }
 
-    /// The track of the recording.
+    /// The track of the recording: the positions of its markers.
     ///
     /// # Errors
     /// A recording that has not been read.
@@ -180,12 +178,14 @@ impl Recorded {
         })
     }
 
-    /// Number of parts, at least 1, into which the markers divide the rod; 1 before the recording is read.
+    /// Number of parts into which the markers divide the rod: their number minus one, at least 1; 1 before the
+    /// recording is read.
     pub(crate) fn spans(&self) -> usize {
         self.track.as_ref().map_or(1, |track| track.markers().len().max(2) - 1)
     }
 
-    /// Index of the node at every marker, in order from the start, on a mesh with `segments` edges.
+    /// Index of the node at every marker, in order from the start, on a mesh with `segments` edges: marker j of M is at
+    /// node `j segments/(M - 1)`.
     ///
     /// # Errors
     /// A number of edges that is not a multiple of the number of parts between markers, fewer than two markers, or a
@@ -202,15 +202,15 @@ impl Recorded {
         Ok((0..markers).map(|j| j * (segments / spans)).collect())
     }
 
-    /// Indices of the markers that drive neither a recorded end nor an inner node with these supports: they are
-    /// observations. Empty before the recording is read.
+    /// Indices, ascending, of the markers that neither a recorded end holds, with these supports at start and end, nor
+    /// `inner` names: they are observations. Empty before the recording is read.
     pub(crate) fn free_markers(&self, supports: [Support; 2]) -> Vec<usize> {
         let inner = self.inner_markers();
         self.between_ends(supports).filter(|j| !inner.contains(j)).collect()
     }
 
-    /// Range of the indices of the markers that neither end holds: all but the outermost `held` ones at each recorded
-    /// end. Empty before the recording is read.
+    /// Range of the indices of the markers that no recorded end holds: all but the outermost `held` ones at each such
+    /// end; other supports hold none. Empty before the recording is read, and if the ends hold all markers.
     fn between_ends(&self, [start, end]: [Support; 2]) -> Range<usize> {
         let markers = self.track.as_ref().map_or(0, |track| track.markers().len());
         // Held markers are outermost at each recorded end.
@@ -228,13 +228,13 @@ impl Recorded {
     }
 
     /// Number of nodes that a recorded end holds, on a mesh with `segments` edges: those at its `held` markers and
-    /// between them, at least one.
+    /// between them, `(held - 1) segments/spans + 1`. At least one.
     pub(crate) fn held_nodes(&self, segments: usize) -> usize {
         (self.held.max(1) - 1).saturating_mul(segments / self.spans()).saturating_add(1)
     }
 
-    /// Rejects settings that contradict these supports: no recorded end and no inner markers, or free twist of an end
-    /// that is not recorded. Also rejected is a number of held markers of zero.
+    /// Rejects a recording without use (neither a recorded end nor inner markers), free twist of an end that is not
+    /// recorded, and a number of held markers of zero. The arguments are the supports at start and end.
     pub(super) fn check(&self, [start, end]: [Support; 2]) -> Result<(), Error> {
         let recorded = [start, end].into_iter().filter(|s| *s == Support::Recorded).count();
         if recorded == 0 && self.inner.is_empty() {
@@ -255,9 +255,10 @@ impl Recorded {
         Ok(())
     }
 
-    /// Rejects a mesh with `segments` edges on which markers are not at nodes, or on which recorded ends and inner
-    /// markers leave no node free. Rejects `inner` names that are no markers between the nodes that these supports
-    /// hold: those at held markers of a recorded end, two of a clamp, one of a hinge or roller.
+    /// Rejects a mesh with `segments` edges on which markers are not at nodes, or on which recorded ends hold all
+    /// nodes. Rejects `inner` names that are no markers between the nodes that these supports hold: those at held
+    /// markers of a recorded end, two of a clamp, one of a hinge or roller. Together with these nodes, inner markers
+    /// must leave at least one node free.
     pub(crate) fn check_nodes(&self, supports: [Support; 2], segments: usize) -> Result<(), Error> {
         let nodes = self.nodes(segments)?;
         let ends = supports.into_iter().filter(|support| *support == Support::Recorded).count();
@@ -301,8 +302,8 @@ impl Recorded {
         Ok(())
     }
 
-    /// Nodes at the inner markers, each with its marker, on a mesh with `segments` edges. Empty if the markers are not
-    /// at nodes, or before the recording is read.
+    /// Nodes at the inner markers, in order from the start, on a mesh with `segments` edges. Each has its marker twice,
+    /// with the fraction 0. Empty if the markers are not at nodes, or before the recording is read.
     pub(crate) fn inner_nodes(&self, segments: usize) -> Vec<RecordedNode> {
         let nodes = self.nodes(segments).unwrap_or_default();
         let node =
@@ -310,8 +311,10 @@ impl Recorded {
         self.inner_markers().into_iter().filter_map(node).collect()
     }
 
-    /// Nodes that a recorded end holds, from the end inwards, on a mesh with `segments` edges. Each has two markers and
-    /// the fraction of the chord between them, 0 at a marker. Empty before the recording is read.
+    /// Nodes that a recorded end holds, from the end inwards, on a mesh with `segments` edges that
+    /// [`check_nodes`](Self::check_nodes) accepts. Each has the marker next to it towards this end, the next marker
+    /// inwards, and the fraction of the chord from the first to the second, 0 at a marker. Empty before the recording
+    /// is read.
     pub(crate) fn end_nodes(&self, end: End, segments: usize) -> Vec<RecordedNode> {
         let Some(track) = &self.track else { return Vec::new() };
         let last = track.markers().len() - 1;
@@ -331,13 +334,14 @@ impl Recorded {
     }
 }
 
-/// Node that follows recorded markers: between the first of two markers and the second.
+/// Node whose position is prescribed by recorded markers: `(1 - part) a + part b` with the positions a and b of two
+/// markers.
 #[derive(Clone, Debug)]
 pub struct RecordedNode {
     /// Index of the node.
     pub node: usize,
     /// Indices of the two markers.
     pub markers: [usize; 2],
-    /// Fraction of the distance from the first marker to the second.
+    /// Fraction `part` of the chord from the first marker to the second, from 0 to below 1.
     pub part: f64,
 }

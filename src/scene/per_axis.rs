@@ -1,9 +1,9 @@
 //! Numbers of one quantity that a plane has once and space three times, one for each axis.
 //!
 //! [`PerAxis`] is read from a number or a list of three. It is used for moments of inertia of bodies, kg m^2, and
-//! compliances of spring joints, rad/(N m). `all` returns three numbers; a single one is repeated. As a `NumberTree`
-//! its numbers are parameters: `key` for one number, `key.0` to `key.2` for three. Numbers that are not finite, or
-//! have a sign that the quantity does not allow, are errors.
+//! compliances of spring joints, rad/(N m). `all` repeats a single number for all three axes. As a `NumberTree` its
+//! numbers are parameters: `key` for one number, `key.0` to `key.2` for three. Numbers that are not finite, or have a
+//! sign that the quantity does not allow, are errors.
 
 use crate::error::Error;
 use crate::scene::number::{NumberVisitor, Quantity, SceneNumber};

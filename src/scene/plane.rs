@@ -1,12 +1,14 @@
 //! The plane of a planar scene: its choice from the nodes and vectors of the scene, and its coordinates.
 //!
 //! [`Plane::through`] takes the plane of the first edge and the first edge or vector that is not parallel to it. If all
-//! are parallel, a hint that is not, or else the world axis farthest from the line, is the second direction. Edges and
-//! vectors may leave the plane by `TOLERANCE` of their length, else the error is the number of the edge or the key of
-//! the vector. The axes are world axes if the plane is parallel to two of them, else x is along the first edge.
-//! `project` and `to_world` convert positions, m, between world and plane; `direction_to_world` converts a vector
-//! without the origin, and `components` returns those of a vector in the plane and along the normal. The planar model
-//! uses the plane.
+//! are parallel, a hint that is not, or else the world axis farthest from the line, is the second direction. An edge or
+//! vector whose component along the normal exceeds `TOLERANCE` of its length is an error: the name of the edge or the
+//! key of the vector.
+//!
+//! The axes are world axes if the plane is parallel to two of them: y and z, z and x, or x and y, as x and y of the
+//! plane. Otherwise x is along the first edge, and y is the normal times x. The origin is the point of the plane
+//! nearest to that of the world. `project` and `to_world` convert positions, m, between world and plane;
+//! `direction_to_world` and `components` convert vectors. The planar model uses the plane.
 
 use crate::numerics::scalar::Scalar;
 use nalgebra::{Vector2, Vector3};
@@ -39,10 +41,11 @@ pub struct KeyedVector<D = f64> {
 }
 
 impl Plane {
-    /// The plane through `nodes`, m, that contains all `vectors`. The error is the key of the first vector, or the
-    /// number of the first edge, that leaves it. If nodes and vectors are on one line, the plane contains `hint`, or
-    /// without one that is across the line the world axis farthest from it. Its axes are world axes if it is parallel
-    /// to two of them, else x is along the first edge.
+    /// The plane through `nodes`, m, at least two, that contains all `vectors`. It is spanned by the first edge and the
+    /// first edge or vector across it. If nodes and vectors are on one line, the second direction is `hint`, or,
+    /// without one across the line, the world axis farthest from the line. Axes of the plane are world axes if it is
+    /// parallel to two of them, else x is along the first edge. The error is the name of the first edge that leaves the
+    /// plane, or else the key of the first such vector.
     pub fn through(
         nodes: &[[f64; 3]],
         vectors: &[KeyedVector],
@@ -79,23 +82,25 @@ impl Plane {
         Ok(Self { origin: normal * normal.dot(&start), x, y: normal.cross(&x) })
     }
 
-    /// Coordinates of a point in the axes of the plane, m: its scalar products with both.
+    /// Coordinates of a point of the world, m, in the axes of the plane, m: its scalar products with x and y. A point
+    /// beside the plane is projected along the normal.
     pub fn project(&self, point: Vector3<f64>) -> [f64; 2] {
         [point.dot(&self.x), point.dot(&self.y)]
     }
 
-    /// World coordinates, m, of a point with these coordinates in the plane, m.
+    /// World coordinates, m, of a point with the coordinates `point` in the axes of the plane, m: `origin + point[0] x
+    /// + point[1] y`.
     pub fn to_world<D: Scalar>(&self, point: [D; 2]) -> [D; 3] {
         let [x, y, z] = self.direction_to_world(point);
         [x + self.origin.x, y + self.origin.y, z + self.origin.z]
     }
 
-    /// World components of a vector with these components in the axes of the plane, without the origin.
+    /// World components of a vector with the components `x` and `y` in the axes of the plane, without the origin.
     pub fn direction_to_world<D: Scalar>(&self, [x, y]: [D; 2]) -> [D; 3] {
         [0, 1, 2].map(|c| x * self.x[c] + y * self.y[c])
     }
 
-    /// Components of the world vector `v` in the two axes of the plane, and along its normal.
+    /// Components of the world vector `v` along the two axes of the plane, and along its normal (x times y).
     pub fn components(&self, v: Vector3<f64>) -> (Vector2<f64>, f64) {
         (Vector2::new(v.dot(&self.x), v.dot(&self.y)), v.dot(&self.x.cross(&self.y)))
     }
@@ -106,7 +111,7 @@ fn least_axis(v: &Vector3<f64>) -> Vector3<f64> {
     Vector3::ith(v.map(f64::abs).imin(), 1.0)
 }
 
-/// The vector with components of 0 and 1 instead of those that differ from these by less than [`SNAP`].
+/// The vector with the nearest of -1, 0 and 1 in place of each component that differs from it by less than [`SNAP`].
 fn snapped(v: Vector3<f64>) -> Vector3<f64> {
     v.map(|c| if (c.abs() - c.abs().round()).abs() < SNAP { c.round() } else { c })
 }

@@ -1,14 +1,13 @@
 //! Points of the rod (`"tip"`, a node index or an arc length from the wall, m), and their interpolation by nodes.
 //!
 //! A [`Point`] on a mesh becomes a [`Stencil`]: nodes with weights that sum to one. Arc lengths between nodes have
-//! cubic weights of the four nearest nodes. Masses, and points on the straight edge in a clamp, have linear ones (lever
-//! rule). Node indices are those of the scene's own mesh, also on a refined one. A point outside the rod, beyond
-//! rounding, is an error.
+//! cubic (Lagrange) weights of four nodes, two on either side. Masses (`Point::shares`), and points on the straight
+//! edge in a clamp, have linear weights of two nodes (lever rule). Node indices are those of the mesh with the scene's
+//! own number of edges. On a refined mesh an inner index is replaced by its arc length, and the ends by the outermost
+//! nodes. A point outside the rod, beyond rounding, is an error.
 //!
-//! [`Point::stencil`] is for positions and forces, `Point::shares` for masses. `Point::place` is the arc length, m;
-//! `nodes_around` is the range of nodes for this and slightly different lengths of the rod, and `fixed` a point without
-//! derivatives. `Stencil::place` is the weighted position, `around` are the four nodes around an arc length. Loads,
-//! masses, observations and results are placed with stencils.
+//! Loads, masses, observations and results are placed with stencils. Over dual numbers the weights have derivatives
+//! with respect to arc length and mesh; a point given by its arc length stays there if the rod length changes.
 
 use crate::error::Error;
 use crate::numerics::scalar::Scalar;
@@ -81,7 +80,7 @@ struct ArcLength<D> {
 }
 
 impl<D> From<PointForm<D>> for Point<D> {
-    /// The point of its form in a file.
+    /// The point of the form that a file contains.
     fn from(form: PointForm<D>) -> Self {
         match form {
             PointForm::Name(Name::Tip) => Self::Tip,
@@ -92,7 +91,7 @@ impl<D> From<PointForm<D>> for Point<D> {
 }
 
 impl<D> From<Point<D>> for PointForm<D> {
-    /// The form of a point in a file: the word `tip`, an index, or a table with `arc_length`.
+    /// The form of a point in a file: the word `tip`, a node index, or a table with the key `arc_length`, m.
     fn from(point: Point<D>) -> Self {
         match point {
             Point::Tip => Self::Name(Name::Tip),
@@ -133,7 +132,7 @@ impl NumberTree for Point {
 }
 
 impl Point {
-    /// The point over the number type `D`; an arc length becomes a number without derivatives.
+    /// The point over the number type `D`; an arc length, m, becomes a number without derivatives.
     pub(crate) fn fixed<D: Scalar>(self) -> Point<D> {
         match self {
             Self::Tip => Point::Tip,
@@ -144,9 +143,10 @@ impl Point {
 }
 
 impl<D: Scalar> Point<D> {
-    /// Nodes and weights whose weighted sum is the point, on a mesh with or without derivatives. An arc length has up
-    /// to four nodes with cubic weights ([`Stencil::between`]), or two with linear ones on the straight edge in a
-    /// clamp. A node index has its node; that of the scene's own mesh is treated as its arc length on a refined mesh.
+    /// Nodes and weights whose weighted sum is the point. A tip or node index has its node alone, with the weight 1. An
+    /// arc length has up to four nodes with cubic weights ([`Stencil::between`]), or two with linear ones on the
+    /// straight edge in a clamp. On a refined mesh an inner node index is treated as its arc length on the scene's own
+    /// mesh. A tip that a clamp holds within the last edge is treated as the arc length of the wall.
     ///
     /// # Errors
     /// [`Error::OutOfRange`] for a node that the scene's mesh does not have, and for an arc length beyond the ends.
@@ -159,8 +159,9 @@ impl<D: Scalar> Point<D> {
         }
     }
 
-    /// The node at the point, or the two nodes next to it, with their shares of a mass there by the lever rule. The
-    /// weights of a cubic may be negative, which masses must not be. An error for a point outside the rod.
+    /// The node at the point, with the weight 1, or the two nodes next to it, with linear weights (lever rule). A mass
+    /// at the point is divided among nodes by these weights, as those of a cubic may be negative. An error for a point
+    /// outside the rod.
     pub(crate) fn shares(self, mesh: &Mesh<D>) -> Result<Stencil<D>, Error> {
         match self.arc_length(mesh)? {
             Ok(node) => Ok(Stencil::node(node)),
@@ -168,8 +169,8 @@ impl<D: Scalar> Point<D> {
         }
     }
 
-    /// Range of the nodes whose weighted sum is the point, for this rod length and slightly different ones. It has one
-    /// node, or up to four around an arc length. An error for a point outside the rod.
+    /// Range of the indices of all nodes in the stencil of the point, at this rod length and slightly different ones:
+    /// one node for a node, up to four around an arc length. An error for a point outside the rod.
     pub(crate) fn nodes_around(self, mesh: &Mesh<D>) -> Result<Range<usize>, Error> {
         match self.arc_length(mesh)? {
             Ok(node) => Ok(node..node + 1),
@@ -177,7 +178,8 @@ impl<D: Scalar> Point<D> {
         }
     }
 
-    /// Arc length of the point from the wall, m; that of a node may be negative. An error for a point outside the rod.
+    /// Arc length of the point from the wall, m; that of a node behind a wall is negative. An error for a point outside
+    /// the rod.
     pub(crate) fn place(self, mesh: &Mesh<D>) -> Result<D, Error> {
         Ok(self.arc_length(mesh)?.map_or_else(|s| s, |node| mesh.arc_length[node]))
     }
@@ -219,7 +221,7 @@ pub struct Stencil<D = f64> {
 }
 
 impl<D: Scalar> Stencil<D> {
-    /// Position of the point, m: the weighted sum of `position(i)`, m, over its nodes.
+    /// Position of the point, m: the sum of weight times `position(i)`, m, over its nodes i.
     pub(crate) fn place(&self, position: impl Fn(usize) -> [D; 3]) -> [D; 3] {
         let zero = [D::from(0.0); 3];
         self.nodes.iter().fold(zero, |sum, (i, weight)| add(sum, scale(position(*i), *weight)))
@@ -230,9 +232,9 @@ impl<D: Scalar> Stencil<D> {
         Self { nodes: vec![(i, D::from(1.0))] }
     }
 
-    /// Range of the four nodes (fewer on a short rod) around the arc length `s`, m, at the ends to one side.
-    /// `arc_length` has those of all nodes. A node at `s` within rounding errors counts as one after it, for any
-    /// rounding of its own arc length.
+    /// Range of the indices of the four nodes around the arc length `s`, m: two on either side, at the ends the
+    /// outermost four; all nodes of fewer. `arc_length` has those of all nodes, m, ascending. A node within
+    /// [`ROUNDING`] of the rod length below `s` counts as after it, so that rounding errors do not change the range.
     pub(crate) fn around(arc_length: &[D], s: f64) -> Range<usize> {
         let n = arc_length.len();
         let [first, last] =
@@ -244,8 +246,8 @@ impl<D: Scalar> Stencil<D> {
         first..(first + 4).min(n)
     }
 
-    /// The two nodes next to the arc length `s`, m, with linear weights (lever rule). Beyond an end they extrapolate
-    /// from the outermost two.
+    /// The two nodes next to the arc length `s`, m, with linear weights (lever rule). `arc_length` has those of all
+    /// nodes, at least two, m, ascending. Beyond an end the outermost two nodes extrapolate, with one negative weight.
     pub(crate) fn lever(arc_length: &[D], s: D) -> Self {
         let right = arc_length.partition_point(|a| a.value() < s.value());
         let right = right.clamp(1, arc_length.len() - 1);
@@ -254,9 +256,10 @@ impl<D: Scalar> Stencil<D> {
         Self { nodes: vec![(right - 1, -part + 1.0), (right, part)] }
     }
 
-    /// Cubic (Lagrange) interpolation at the arc length `s`, m, through the four nearest of the nodes at `arc_length`,
-    /// m. Its error is of a higher order than that of the mesh. A point within `AT_NODE` of a node is that node, unless
-    /// `D` carries derivatives. Fewer than two nodes have the weight 1.
+    /// Cubic (Lagrange) interpolation at the arc length `s`, m, through four nodes, two on either side (at the ends the
+    /// outermost four, all of fewer). `arc_length` has those of all nodes, m, ascending. A point within `AT_NODE` of a
+    /// node is that node alone, unless `D` carries derivatives. A single node has the weight 1; without nodes the
+    /// stencil is empty.
     pub fn between(arc_length: &[D], s: D) -> Self {
         let n = arc_length.len();
         if n < 2 {

@@ -3,17 +3,14 @@
 //! [`Polyline::read`] reads the points from columns x, y, z of a file (m, or the unit of their header),
 //! [`Polyline::through`] takes those of the scene, m. The file of an initial shape (`on_a_rod`) may also have s, the
 //! arc length of each point on the rod at rest; in that of a rest shape s is an error. Without s the arc lengths start
-//! at 0, and are those of circles through neighboring points. Positions between the points are cubics through two
-//! points on either side, at the ends through the outermost four; through three points they are parabolas.
+//! at 0 and increase by those of circles through neighboring points. Between points the position is the cubic in arc
+//! length through four points, two on either side (at the ends the outermost four); three points have a parabola.
 //!
 //! - [`Polyline::with_lengths`] gives the edges between the points other lengths, m, with the same directions; not for
-//!   a curve with s. [`Polyline::lengths`] returns these lengths, empty without any.
-//! - [`Polyline::mesh`] returns the mesh of a rest shape, of which given fractions of the first and last edge are
-//!   behind a wall.
-//! - [`Polyline::nodes_of`] returns the positions, m, of the nodes of a rod in an initial shape: at their arc lengths
-//!   if s is given, else at the same fractions of the length as at rest.
-//! - [`Polyline::path`] returns the file of the points, and [`Polyline::is_through`] whether they are given points of
-//!   the scene.
+//!   a curve with s.
+//! - [`Polyline::mesh`] is the mesh of a rest shape. Given fractions of the first and last edge are behind walls.
+//! - [`Polyline::nodes_of`] are the positions, m, of the nodes of a rod in an initial shape: at their arc lengths if s
+//!   is given, else at the same fractions of the length as at rest.
 //!
 //! Rejected are fewer than three points, a point that equals the one before, and arc lengths that do not increase or do
 //! not cover the rod. If any node is not at a point, a curve with a corner above `SHARPEST` degrees is rejected.
@@ -26,8 +23,8 @@ use marker_files::table::{LENGTHS, Table};
 use nalgebra::Vector3;
 use std::path::{Path, PathBuf};
 
-/// Curve through points from the wall, or the first end of the rod, to the last: at each arc length the cubic through the
-/// four nearest points.
+/// Curve through points from the wall, or the first end of the rod, to the last: at each arc length the cubic through
+/// the four nearest points.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Polyline {
     points: Vec<Vector3<f64>>,
@@ -51,7 +48,7 @@ enum PointSource {
 
 impl PointSource {
     /// The error at point `i` with the found and the allowed value. It has the file and the line of the point (line 1
-    /// if the point has none), or the key of the scene with the index in brackets.
+    /// if there is no point `i`), or the key of the scene with the index in brackets.
     fn error(&self, i: usize, found: &str, allowed: &str) -> Error {
         match self {
             Self::File(path, lines) => Error::Data {
@@ -216,14 +213,13 @@ impl Polyline {
         self.path().is_none() && own.eq(points.iter().copied())
     }
 
-    /// Arc length of the last point, m. It is that of the whole curve, unless a file gives arc lengths that begin at
-    /// another value than 0.
+    /// Arc length of the last point, m: the length of the whole curve, or, of given arc lengths, the last one.
     pub(super) fn length(&self) -> f64 {
         self.arc_length[self.points.len() - 1]
     }
 
     /// Position, m, at arc length `s`, m, by Lagrange interpolation through two points on either side: at the ends
-    /// through the outermost four, or through all three of three. It is extrapolated beyond the ends.
+    /// through the outermost four, or through all of three. Beyond the ends it is extrapolated.
     fn at<D: Scalar>(&self, s: D) -> Vector<D> {
         let own = &self.arc_length;
         let count = own.len().min(4);
@@ -241,8 +237,8 @@ impl Polyline {
         })
     }
 
-    /// Positions, m, at the arc lengths `places`, m. If a place is not at one of its points (within [`AT_POINT`] of the
-    /// length), a curve with a corner above [`SHARPEST`] degrees is rejected.
+    /// Positions of the curve, m, at the arc lengths `places`, m. If at least one place is not at a point (within
+    /// [`AT_POINT`] of the length), a curve that turns at any point by more than [`SHARPEST`] degrees is rejected.
     fn positions<D: Scalar>(&self, places: &[D]) -> Result<Vec<Vector<D>>, Error> {
         let between = |s: &&D| {
             let s = s.value();
@@ -266,11 +262,11 @@ impl Polyline {
         Ok(places.iter().map(|s| self.at(*s)).collect())
     }
 
-    /// Mesh of `segments` edges, by default as many as between the points. Nodes are evenly spaced in the index of the
-    /// points, linear in arc length between two of them. Without walls and with the default number they are the points.
-    /// `before` and `after` are the fractions of the first and last edge behind a wall. A node behind it is beyond the
-    /// end of the curve, where the spacing mirrors that before the end. Rejects a corner above 90 degrees (`SHARPEST`)
-    /// if a node is not at a point.
+    /// Mesh of `segments` edges, by default as many as between the points. `before` and `after` are the fractions of
+    /// the first and last edge behind a wall; the walls are at the first and last point. Nodes are evenly spaced in the
+    /// index of the points, and linear in arc length between two of them; without walls and with the default number
+    /// they are the points. Nodes behind a wall are extrapolated, with arc lengths that mirror the spacing before the
+    /// end. Rejects a corner above 90 degrees (`SHARPEST`) if a node is not at a point.
     pub fn mesh(&self, segments: Option<usize>, [before, after]: [f64; 2]) -> Result<Mesh, Error> {
         let (spans, length) = (self.points.len() - 1, self.length());
         let segments = segments.unwrap_or(spans);
@@ -293,7 +289,7 @@ impl Polyline {
         Ok(Mesh { nodes, arc_length, length, arcs: arcs(&points), named: None })
     }
 
-    /// Arc length, m, at place `u`, linear between points. Places count points from 0: 1.5 is halfway from the second
+    /// Arc length, m, at the place `u` in units of points, counted from 0: 1.5 is halfway in arc length from the second
     /// point to the third.
     fn arc_length_at(&self, u: f64) -> f64 {
         let i = (u as usize).min(self.points.len() - 2);
@@ -302,9 +298,9 @@ impl Polyline {
     }
 
     /// Positions, m, of the nodes of a rod with the rest mesh `rest` in this shape. They are at their arc lengths, if
-    /// the file gives those of the points, or at the same fractions of the length as at rest. Rejects given arc lengths
-    /// that leave more than 1e-6 of the rod (`UNCOVERED`) uncovered at an end. Rejects a corner above 90 degrees
-    /// (`SHARPEST`) if a node is not at a point.
+    /// the file gives those of the points. Otherwise they are at the same fractions of the length as at rest. Nodes
+    /// behind walls are extrapolated. Rejects given arc lengths that leave more than 1e-6 of the rod (`UNCOVERED`)
+    /// uncovered at an end, and a corner above 90 degrees (`SHARPEST`) if a node is not at a point.
     pub fn nodes_of<D: Scalar>(&self, rest: &Mesh<D>) -> Result<Vec<Vector<D>>, Error> {
         // A shape without arc lengths is stretched to the rod: the same fractions of the length.
         if !self.given {
@@ -324,9 +320,9 @@ impl Polyline {
     }
 }
 
-/// Arc length over every edge of a polygon inscribed in a smooth curve, m: `l h/sin(h)` for the chord l. The half angle
-/// h is half the mean of the turning angles at both ends of the edge, or half that at the inner end of an outermost
-/// edge. With h below [`STRAIGHT`] it is the chord.
+/// Arc length over every edge of a polygon inscribed in a smooth curve, m: `l h/sin(h)` for an edge of length `l`. Half
+/// the angle by which the curve turns over an edge is `h`. It is half the mean turning angle at the two ends of the
+/// edge, or half that at the inner end of an outermost edge. For `h` below [`STRAIGHT`] rad the arc length is `l`.
 fn arcs(points: &[Vector3<f64>]) -> Vec<f64> {
     let edges: Vec<Vector3<f64>> = points.windows(2).map(|p| p[1] - p[0]).collect();
     let turns: Vec<f64> = edges.windows(2).map(|e| angle(&e[0], &e[1])).collect();

@@ -1,15 +1,16 @@
 //! `[[supports.motion]]`: prescribed motion of an end of the rod, by a ramp, a frequency or a recording.
 //!
-//! Input of a [`Motion`]: displacement (m), rotation vector and twist (rad) of an end of the rod. It has a ramp (s), a
-//! frequency f (Hz), or the recording of a point. The first three quantities are multiplied by a factor of time: a
-//! quintic from 0 to 1 over the ramp, `sin(2 pi f t)`, or 1 without both. A recording adds the displacement of its
-//! point since t = 0, m. `recorded_displacement` is that, `None` without a recording that was read. `is_offset` returns
-//! whether a motion displaces its end from the beginning (neither ramp, frequency nor recording). In the search for an
-//! equilibrium ([`MotionTime`]) there is no recorded displacement. There the factor is the progress of the search, or 0
-//! for a frequency and for a ramp that has not ended. `Motion::read` reads the recording, `Motion::check` rejects
-//! invalid motions. Clamped ends may have any motion, pinned ones no rotation, recorded ones a constant twist only;
-//! free ends and rollers have none. Errors are also a ramp beside a frequency, and a start time or columns without a
-//! file.
+//! Displacement (m), rotation vector (rad) and twist (rad) of a [`Motion`] are multiplied by one factor of time. It is
+//! a quintic from 0 to 1 over the ramp (s), `sin(2 pi f t)` with the frequency f (Hz), or 1 without both. A recording
+//! of a point adds its displacement since t = 0, m. Motions of one end are added.
+//!
+//! In the search for an equilibrium ([`MotionTime::Approach`]) the factor is the progress of the search, from 0 to 1.
+//! It is 0 for a frequency, and for a ramp unless the equilibrium after all ramps is searched. Recorded displacements
+//! are left out there.
+//!
+//! `Motion::read` reads the recording. `Motion::check` rejects motions that the support does not allow: clamped ends
+//! may have any motion, pinned ones no rotation and twist, recorded ones a constant twist only; free ends and rollers
+//! have none. Errors are also a ramp beside a frequency, and a start time or columns without a file.
 
 use crate::error::Error;
 use crate::numerics::scalar::Scalar;
@@ -79,7 +80,7 @@ pub enum MotionTime<D> {
 }
 
 impl<D> MotionTime<D> {
-    /// The same time with its number (time or progress) converted by `convert`.
+    /// The same time, with its number (time, s, or progress) converted by `convert`.
     pub fn map<E>(self, convert: impl Fn(D) -> E) -> MotionTime<E> {
         match self {
             Self::Time(time) => MotionTime::Time(convert(time)),
@@ -108,8 +109,8 @@ impl<D: Scalar> Motion<D> {
         }
     }
 
-    /// Displacement of the first marker of the recording since t = 0, m, in world axes. `None` without a recording that
-    /// has been read, and in the search for an equilibrium.
+    /// Displacement since t = 0 of the first marker of the recording, m, in world axes. `None` without a recording that
+    /// has been read, or without markers, and in the search for an equilibrium.
     pub(crate) fn recorded_displacement(&self, at: MotionTime<D>) -> Option<[D; 3]> {
         let [marker, ..] = self.track.as_ref()?.markers() else { return None };
         let MotionTime::Time(time) = at else { return None };
@@ -118,10 +119,10 @@ impl<D: Scalar> Motion<D> {
         Some(std::array::from_fn(|c| now[c] - start[c]))
     }
 
-    /// Factor on displacement, rotation and twist at a time. With a ramp it is the quintic `u^3 (10 - 15 u + 6 u^2)` of
-    /// `u = t/ramp`, 0 before and 1 after it. With a frequency it is `sin(2 pi f t)`, without both 1. In the search for
-    /// an equilibrium it is the progress without both, and with a ramp that has ended (`settled`); otherwise 0. It has
-    /// derivatives by time, ramp and frequency.
+    /// Factor on displacement, rotation and twist. At a time t, s, it is 1 without ramp and frequency, and `sin(2 pi f
+    /// t)` with a frequency f. With a ramp it is the quintic `u^3 (10 - 15 u + 6 u^2)` of `u = t/ramp`, 0 before the
+    /// ramp and 1 after it. In the search for an equilibrium it is the progress without both, and with a ramp that has
+    /// ended (`settled`); otherwise 0. It has derivatives with respect to time, ramp, frequency and progress.
     pub(crate) fn factor(&self, at: MotionTime<D>) -> D {
         let (zero, one) = (D::from(0.0), D::from(1.0));
         match (at, self.ramp, self.frequency) {
@@ -144,9 +145,9 @@ impl<D: Scalar> Motion<D> {
 }
 
 impl Motion {
-    /// Reads the recording of one point from its file in `folder`, unless there is a track already. A track that has
-    /// not been examined is replaced by a copy with its missing frames, jumps and bandwidth. No effect without file and
-    /// track. An error for a file that cannot be read.
+    /// Reads the recording of one point from its file, relative to `folder`, unless there is a track already. A track
+    /// that has not been examined is replaced by a copy with its defects (missing frames, jumps) and bandwidth. No
+    /// effect without file and track. An error for a file that cannot be read, or that has several points.
     pub(super) fn read(&mut self, folder: &Path) -> Result<(), Error> {
         let track = match self.track.take() {
             Some(track) => track,
@@ -162,16 +163,16 @@ impl Motion {
         Ok(())
     }
 
-    /// Whether the motion has neither ramp, frequency nor a recording that has been read, so that it displaces its end
-    /// from the beginning.
+    /// Whether the motion has neither ramp, frequency nor a recording that has been read, so that its displacement,
+    /// rotation and twist are constant from the beginning.
     pub(crate) fn is_offset(&self) -> bool {
         self.ramp.is_none() && self.frequency.is_none() && self.track.is_none()
     }
 
     /// Rejects ramp beside frequency, a start time that is not finite, and a start time or columns without a file. Also
     /// rejects motions that the `support` of the end does not allow. Clamped ends may have any motion, pinned ones no
-    /// rotation and twist, recorded ones a constant twist only; free ones and rollers have none. `key` is that of the
-    /// motion, for the error. The numbers are not checked.
+    /// rotation and twist, recorded ones a constant twist only; free ones and rollers have none. `key` is the path of
+    /// the motion, for the error. Displacement, rotation, twist, ramp and frequency are not checked.
     pub(super) fn check(&self, key: &str, support: Support) -> Result<(), Error> {
         let invalid = |name: &str, found: &dyn ToString, allowed: &str| {
             Err(Error::invalid(format!("{key}.{name}"), found.to_string(), allowed))

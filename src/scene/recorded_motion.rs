@@ -1,14 +1,19 @@
 //! Defects of a recorded motion that drives a support, and the bandwidth of the motion, for the choice of time steps.
 //!
-//! Input: a [`Track`] and the indices of the markers that drive a support. Those with an extent below `MOVING` of the
-//! largest in the recording count as held, and are left out. `motion_faults` returns missing frames and jumps. Frames
-//! missing before the first or after the last position of a marker are always a defect. Those between are one if the
-//! error of interpolation over equally many frames exceeds `GAP_ERROR` of the extent and `GAP_TO_NOISE` times that over
-//! one frame, or cannot be estimated. A jump is a displacement between two frames of more than `JUMP_TO_STEPS` times
-//! the largest of those around it. It also exceeds multiples of noise and resolution, and a fraction of the extent.
-//! `bandwidth_of` returns the frequency, Hz, below which 99 % of the variance of the motion lie, without white noise;
-//! none for a motion that does not exceed its noise. `detrended` returns the recording without the quadratic trend of
-//! each coordinate, for motions integrated from accelerations.
+//! Input: a [`Track`] and the indices of the markers that drive a support. The extent of a marker is the diagonal of
+//! the bounding box of its positions, m. Markers with an extent below `MOVING` of the largest in the recording count as
+//! held, and are left out.
+//!
+//! - Missing frames before the first or after the last position of a marker are always a defect. Those between are one
+//!   if the error of interpolation over equally many frames exceeds `GAP_ERROR` of the extent and `GAP_TO_NOISE` times
+//!   that over one frame, or cannot be estimated.
+//! - A jump is a displacement between two frames of more than `JUMP_TO_STEPS` times the largest of those around it. It
+//!   also exceeds multiples of noise and resolution, and a fraction of the extent.
+//! - The bandwidth is the frequency, Hz, below which 99 % of the variance of the motion lie, without white noise. There
+//!   is none for a motion that does not exceed its noise.
+//!
+//! `detrended` returns the recording without the quadratic trend of each coordinate, for motions integrated from
+//! accelerations.
 
 use crate::numerics::noise_scale::{NoEstimate, NoisySeries, quantization_step};
 use crate::numerics::spectrum::{harmonic_variances, intervals};
@@ -53,9 +58,10 @@ const STILL: f64 = 1e-9;
 const LEAST_VARIANCE: f64 = 4.0;
 
 impl Track {
-    /// A copy of the recording minus the least-squares quadratic function of time of each coordinate, without defects,
-    /// and not marked as integrated. Constant errors of an accelerometer, and a velocity at the start, cause such a
-    /// trend, which exceeds the motion itself.
+    /// A copy of the recording in which the least-squares quadratic function of time is subtracted from each coordinate
+    /// of each marker, m. Missing positions stay missing. The copy has no defects, and is not marked as integrated.
+    /// Constant errors of an accelerometer, and a velocity at the start, cause such a trend, which exceeds the motion
+    /// itself.
     pub(super) fn detrended(&self) -> Self {
         let of = |marker: &Marker| {
             let known = known_positions(self.times(), &marker.seen);
@@ -72,8 +78,8 @@ impl Track {
         Self::new(self.times().to_vec(), markers).unwrap_or_else(|_| self.clone())
     }
 
-    /// Missing frames and jumps of those of the markers `driven` (indices) that [move](Self::moving), marker by marker.
-    /// The recording is not changed.
+    /// Defects of the markers `driven` (indices) that [move](Self::moving), marker by marker: missing frames, then
+    /// jumps of each. The recording is not changed.
     pub(super) fn motion_faults(&self, driven: &[usize]) -> Vec<Fault> {
         let step = self.usual_step();
         let faults = self.moving(driven).flat_map(|(marker, least)| {
@@ -90,8 +96,9 @@ impl Track {
         self.moving(driven).filter_map(|(m, _)| bandwidth(self.times(), m)).reduce(f64::max)
     }
 
-    /// Those of the markers `driven` (indices) whose extent is at least [`MOVING`] of the largest in the recording,
-    /// each with this smallest extent, m. Others are held and show noise only.
+    /// Those of the markers `driven` (indices; unknown ones are left out) whose extent is at least [`MOVING`] of the
+    /// largest in the recording, each with this smallest extent, m. Others are held, so that their positions differ by
+    /// noise only.
     fn moving(&self, driven: &[usize]) -> impl Iterator<Item = (&Marker, f64)> {
         let largest = self.markers().iter().map(|m| extent(&m.seen)).fold(0.0, f64::max);
         let least = MOVING * largest;
@@ -117,8 +124,9 @@ fn extent(seen: &[Option<[f64; 3]>]) -> f64 {
     (0..3).map(|c| along(c).powi(2)).sum::<f64>().sqrt()
 }
 
-/// Least-squares quadratic function of time of coordinate `axis` of the known positions. It is computed by normal
-/// equations of Legendre polynomials on the range of the times. It is zero if these are singular.
+/// Least-squares quadratic function of time, s, of coordinate `axis` of the known positions, m. It is computed by
+/// normal equations of Legendre polynomials on the range of the times. The function is zero if the equations are
+/// singular, as for fewer than three positions.
 fn quadratic(known: &[TimedPosition], axis: usize) -> impl Fn(f64) -> f64 + use<> {
     let start = known.first().map_or(0.0, |first| first.time);
     let length = known.last().map_or(1.0, |last| last.time - start).max(f64::MIN_POSITIVE);
@@ -137,10 +145,11 @@ fn quadratic(known: &[TimedPosition], axis: usize) -> impl Fn(f64) -> f64 + use<
     move |time| nalgebra::Vector3::from(basis(time)).dot(&found)
 }
 
-/// Defects of missing frames of a marker, in the order: at the start, at the end, between known positions. The outer
-/// ones are reported always. The inner ones are reported if the error of interpolation over equally many frames cannot
-/// be estimated. They are also reported if it exceeds both [`GAP_ERROR`] of the extent and [`GAP_TO_NOISE`] times the
-/// error over one frame. `step` is the usual interval, s. Empty for a marker without positions.
+/// Missing frames of a marker as defects, in the order: at the start, at the end, between known positions. Those at the
+/// start and end of `times`, s, are always reported. Those between are reported if the error of interpolation over
+/// equally many frames cannot be estimated, or exceeds both [`GAP_ERROR`] of the extent and [`GAP_TO_NOISE`] times the
+/// error over one frame. `step` is the usual interval, s: frames are missing in an interval above `LONG_INTERVAL` times
+/// that. Empty for a marker without positions.
 fn missing_frames(times: &[f64], marker: &Marker, step: f64) -> Vec<Fault> {
     let known = known_positions(times, &marker.seen);
     let ([Some(first), Some(last)], [Some(start), Some(end)]) =
@@ -183,9 +192,10 @@ fn missing_frames(times: &[f64], marker: &Marker, step: f64) -> Vec<Fault> {
     faults
 }
 
-/// Error, RMS, m, of the cubic interpolation over `frames` missing frames, estimated from complete sections of the
-/// recording with the usual interval `step`, s. Inner frames of a section are compared with the interpolant through two
-/// frames on each side. At most [`MOST_SECTIONS`] sections are used. None if there are fewer than [`FEWEST_SECTIONS`].
+/// Error, RMS, m, of the cubic interpolation over `frames` missing frames. It is estimated from sections of `frames +
+/// 4` known positions without an interval above `LONG_INTERVAL` times the usual one, `step`, s. The inner frames of a
+/// section are compared with the interpolant through two frames on each side. At most [`MOST_SECTIONS`] sections are
+/// used. None if there are fewer than [`FEWEST_SECTIONS`].
 fn interpolation_error(known: &[TimedPosition], frames: usize, step: f64) -> Option<f64> {
     // Two frames on each side determine the slopes.
     let length = frames + 4;
@@ -212,11 +222,12 @@ fn interpolation_error(known: &[TimedPosition], frames: usize, step: f64) -> Opt
     Some((sum / f64::from(count)).sqrt())
 }
 
-/// Jumps of a marker from one frame to the next, as one defect; none without jumps. They exceed `least`, m, and
-/// [`JUMP_TO_STEPS`] times the largest displacement among the three before and the three after them, without the
-/// adjacent ones. At least three of these six must be known. Jumps also exceed [`JUMP_TO_NOISE`] times the noise (the
-/// median second difference over `sqrt(6)`), [`JUMP_TO_EXTENT`] of the extent, and [`JUMP_TO_RESOLUTION`] times the
-/// resolution of the recording. Displacements over missing frames are left out. `step` is the usual interval, s.
+/// Jumps of a marker from one frame to the next, as one defect with the times after the jumps and the largest
+/// displacement, m; none without jumps. A jump is above [`JUMP_TO_STEPS`] times the largest displacement among the
+/// three before and the three after it, without the adjacent ones; at least three of these six must be known. It is
+/// also above each of: `least`, m, [`JUMP_TO_NOISE`] times the noise (the median norm of second differences over
+/// `sqrt(6)`), [`JUMP_TO_EXTENT`] of the extent, and [`JUMP_TO_RESOLUTION`] times the resolution of the recording.
+/// Displacements over missing frames are left out. `step` is the usual interval, s.
 fn jumps(times: &[f64], marker: &Marker, step: f64, least: f64) -> Option<Fault> {
     let frames = marker.seen.len();
     let steps: Vec<Option<f64>> = (1..frames)
@@ -259,11 +270,11 @@ fn jumps(times: &[f64], marker: &Marker, step: f64, least: f64) -> Option<Fault>
     (!found.is_empty()).then(|| Fault::Jumps { marker: marker.name.clone(), times, distance })
 }
 
-/// Frequency, Hz, above which only [`VARIANCE_ABOVE`] of the variance of a motion lie, all axes together, without that
-/// of white noise. It is found from harmonics of the positions on a uniform grid over all frames. The variance above
-/// it, less its share of the noise, is at most [`VARIANCE_ABOVE`] of that of the motion plus [`NOISE_UNCERTAINTY`] of
-/// that of the noise. Without such a frequency it is that of Nyquist. None for a variance up to [`LEAST_VARIANCE`]
-/// times that of the noise or to rounding ([`STILL`]), and for a duration of zero.
+/// Lowest frequency, Hz, above which at most [`VARIANCE_ABOVE`] of the variance of a motion lie, all axes together,
+/// without that of white noise. It is found from harmonics of the positions on a uniform grid over all frames. The
+/// variance above it, less the part of the noise there, is at most [`VARIANCE_ABOVE`] of that of the motion plus
+/// [`NOISE_UNCERTAINTY`] of that of the noise. Without such a frequency the result is the Nyquist frequency. None for a
+/// variance up to [`LEAST_VARIANCE`] times that of the noise or to rounding ([`STILL`]), and for a duration of zero.
 fn bandwidth(times: &[f64], marker: &Marker) -> Option<f64> {
     let (start, end) = (*times.first()?, *times.last()?);
     let intervals = intervals(times.len());

@@ -2,11 +2,13 @@
 //!
 //! [`Track::read_one`] reads a file, [`Track::read_point`] also with stated columns of a CSV file, as
 //! `[[supports.motion]]` may give them. Columns x, y, z (z may be absent) are positions. Columns ax, ay, az of a CSV
-//! file are accelerations, of which absent ones are zero. They are linear between rows, and units of the header are
-//! converted to m/s^2. Rows before a given start time, in the unit of the file's clock, are skipped; the clock must
-//! then start at 0. The result is a track with one marker, m and s. An integrated one begins at rest at the origin. If
-//! the size of its mean acceleration is within `NEAR_GRAVITY` of standard gravity, it has a defect: gravity was not
-//! subtracted. Errors are files that cannot be read, several points, and other columns beside accelerations.
+//! file are accelerations, linear between rows; absent ones are zero, and units of the header are converted to m/s^2.
+//! Rows before a given start time, in the unit of the file's clock, are skipped. The clock, minus the start time, must
+//! start at 0.
+//!
+//! The result is a track with one marker, m and s. An integrated one begins at rest at the origin. If the size of its
+//! mean acceleration is within `NEAR_GRAVITY` of standard gravity, it has a defect: gravity was not subtracted. Errors
+//! are files that cannot be read, several points, and other columns beside accelerations.
 
 use crate::error::Error;
 use crate::scene::fault::Fault;
@@ -27,7 +29,7 @@ const NEAR_GRAVITY: f64 = 0.05;
 impl Track {
     /// Reads the motion of one point by its columns x, y and z, of which z may be absent. The columns `ax, ay, az` of a
     /// CSV file are its accelerations from rest, in m/s^2 or the unit of the header. Rows before `time_zero`, on the
-    /// file's clock and in its unit, are skipped.
+    /// file's clock and in its unit, are skipped, and times count from there; 0 if absent.
     ///
     /// # Errors
     /// Those of [`read`](Self::read), and files with more than one point.
@@ -66,9 +68,9 @@ impl Track {
 }
 
 /// Motion of a point from rest at the origin by its columns `ax`, `ay` and `az`, m/s^2 or the unit of the header;
-/// absent ones are zero. The accelerations are linear between rows and integrated twice. Rows before `time_zero`, on
-/// the file's clock and in its unit, are skipped. A mean acceleration of the size of gravity is added to the defects of
-/// the track.
+/// absent ones are zero. With an acceleration linear over a time h from `a` to `b`, velocity and position change by `h
+/// (a + b)/2` and `h v + h^2 (2 a + b)/6`. Rows before `time_zero`, on the file's clock and in its unit, are skipped. A
+/// mean acceleration of the size of gravity becomes a defect of the track.
 ///
 /// # Errors
 /// Other columns and units, blanks, fewer than two rows, and a clock that does not start at 0 or does not increase.
@@ -146,8 +148,8 @@ fn integrated(table: &Table, time_zero: Option<f64>) -> Result<Track, marker_fil
     })
 }
 
-/// Factor from the unit in the header of a column to m/s^2, in one of several spellings; 1 without a unit. An error for
-/// a unit other than those of [`ACCELERATIONS`].
+/// Factor to m/s^2 from the unit in the header of a column, which may be spelled in several ways (`mm/s2`, `m s^-2`); 1
+/// without a unit. An error for a unit other than those of [`ACCELERATIONS`].
 fn acceleration_unit(table: &Table, column: usize) -> Result<f64, marker_files::Error> {
     let (name, unit) = &table.columns[column];
     let Some(unit) = unit else { return Ok(1.0) };
@@ -165,8 +167,8 @@ fn acceleration_unit(table: &Table, column: usize) -> Result<f64, marker_files::
     })
 }
 
-/// The defect [`Fault::Gravity`] if the mean acceleration, the last velocity over the last time, has the size of
-/// standard gravity within [`NEAR_GRAVITY`]. None otherwise.
+/// The defect [`Fault::Gravity`] if the size of the mean acceleration, the last velocity over the last time, differs
+/// from standard gravity by less than [`NEAR_GRAVITY`] of that. None otherwise, and for an empty path.
 fn gravity_fault(path: &[PathPoint]) -> Option<Fault> {
     let last = path.last()?;
     let mean = last.velocity.map(|v| v / last.time);

@@ -1,11 +1,11 @@
 //! Required keys of the tables of a scene file.
 //!
 //! [`REQUIRED`] has a rule for each table: `[rod]` and `[material]` are always required, the others (shapes, sections,
-//! masses, times, loads, signals, actuators, contacts, motions, recordings) are checked if they are given. A rule
-//! returns the keys that a table must have; those of a shape, section, actuator or contact depend on its `kind`. Only
-//! `kind` is required if it is missing or unknown. A polyline needs `file` unless it has `points`. The rules do not
-//! decide whether a file is valid. If it cannot be parsed, `input::missing_keys` lists by them all keys that it does
-//! not have.
+//! masses, times, loads, signals, actuators, contacts, motions, recordings) are checked if they are given. A rule is a
+//! function from a table to the keys that it must have. Those of a shape, section, actuator or contact depend on its
+//! `kind`; only `kind` is required if it is missing or unknown. A polyline needs `file` unless it has `points`. The
+//! rules do not decide whether a file is valid. If it cannot be parsed, `input::missing_keys` finds by them all keys
+//! that are missing, for the error.
 
 use crate::input::missing_keys::{Keys, Rule, always, if_there};
 

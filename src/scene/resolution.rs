@@ -1,15 +1,15 @@
 //! Mesh, step and scheme that a scene leaves to the program, and the accuracy of the choice.
 //!
-//! `left_open` returns the settings to be chosen: the mesh without `rod.segments` (except of a polyline) and the step
-//! without `time.step`. The scheme is one of them if step, scheme and numbers of the scheme are all left out.
-//! `resolved` returns the scene with chosen settings and a [`Resolution`], `by` that with another scheme, `reopened`
-//! the scene with them left open again. `check_accuracy` rejects an accuracy that is not allowed, and an open mesh
-//! beside node indices. The resolution has the requested error (by default `ACCURACY`) and the estimated one, fractions
-//! of the rod length (of a frequency for modes). The latter is none where it was not estimated. `chosen` are the
-//! settings that the program chose before. `asked` is the requested one. `words` returns both as text, `warning` a
-//! warning with its code if the request is not met; `words_over` and `warning_over` are those of a fraction of another
-//! quantity, such as a frequency. [`Chosen::any`] returns whether the program chose mesh or step. Module `accuracy`
-//! makes the choice.
+//! The mesh is open, to be chosen by the program, without `rod.segments` (except of a polyline), and the step without
+//! `time.step`. The scheme is open if step, scheme and numbers of the scheme are all left out (`left_open`). `resolved`
+//! sets the open settings and adds a [`Resolution`], `by` replaces a chosen scheme, and `reopened` makes chosen
+//! settings open again. The module `accuracy` makes the choice.
+//!
+//! A [`Resolution`] has the settings of a run and which of them the program chose. It also has the requested error (by
+//! default `ACCURACY`) and the estimated one, if there is an estimate, as fractions of the rod length, or of a
+//! frequency for modes. `words` describes them as text; `warning` is the warning, with its code, if the requested
+//! accuracy was not reached. `check_accuracy` rejects a requested error outside `ALLOWED`, and an open mesh beside node
+//! indices.
 
 use crate::code::Code;
 use crate::error::Error;
@@ -88,8 +88,8 @@ pub enum Bound {
 
 impl Resolution {
     /// Text with the settings that the program chose (else that mesh and step are as given), then estimated and
-    /// requested error, fractions of the length. Without an estimated error it ends after the settings, or with a
-    /// [`Bound`] states that the error was not estimated.
+    /// requested error, fractions of the length. Without an estimated error it ends after the settings; if there is a
+    /// [`Bound`], it states that the error was not estimated.
     pub fn words(&self) -> String {
         self.words_over("the length")
     }
@@ -125,8 +125,8 @@ impl Resolution {
         }
     }
 
-    /// Warning, with its code, of an accuracy that was not reached: estimated error, reason ([`Bound`]) and remedy.
-    /// None if `bound` is none.
+    /// Warning, with its code, that the requested accuracy was not reached: estimated error, reason ([`Bound`]) and
+    /// remedy. None without a bound.
     pub fn warning(&self) -> Option<(Code, String)> {
         self.warning_over("the length")
     }
@@ -181,7 +181,7 @@ impl<D> Scene<D> {
         }
     }
 
-    /// Settings that the program chose before, by the resolution of the scene; none of them without a resolution.
+    /// Settings that the program chose when the scene was resolved; none of them for a scene without a resolution.
     pub(crate) fn chosen(&self) -> Chosen {
         self.resolution.map(|resolution| resolution.chosen).unwrap_or_default()
     }
@@ -193,10 +193,10 @@ impl Scene {
         self.accuracy.unwrap_or(ACCURACY)
     }
 
-    /// The scene with this number of edges and this step, s, for settings that are open or that the program chose
-    /// before. A scheme that is open, or was chosen before, becomes generalised-alpha with [`RHO_INF`] and the default
-    /// tolerance. An earlier chosen mesh is changed by `remeshed`, so that node indices keep their arc length. The
-    /// resolution of the result has no estimated error yet.
+    /// The scene with `segments` edges and the time step `step`, s, each applied only if the setting is open or was
+    /// chosen by the program before. A scheme that is open, or was chosen before, becomes generalised-alpha with
+    /// [`RHO_INF`] and the default tolerance. A mesh that was chosen before is changed by `remeshed`, so that node
+    /// indices keep their arc length. The result has a resolution without an estimated error.
     pub(crate) fn resolved(&self, segments: usize, step: f64) -> Scene {
         let (open, before) = (self.left_open(), self.chosen());
         // A setting that the program chose before may be chosen anew.
@@ -238,7 +238,7 @@ impl Scene {
         scene
     }
 
-    /// The scene with another scheme, also in its resolution, if the program chose the scheme; otherwise unchanged.
+    /// The scene with `scheme`, also in its resolution, if the program chose the scheme; otherwise unchanged.
     pub(crate) fn by(mut self, scheme: Scheme) -> Scene {
         if self.chosen().scheme {
             self.time.iter_mut().for_each(|time| time.scheme = scheme);
@@ -247,9 +247,9 @@ impl Scene {
         self
     }
 
-    /// The scene in which mesh, step and scheme that the program chose are left open again, without a resolution. With
-    /// the scheme the tolerance returns to its default. Given settings stay, and so do scheme and number of an open
-    /// scheme until a new choice.
+    /// The scene in which mesh, step and scheme that the program chose are left open again, without a resolution. Given
+    /// settings stay. With an open scheme the tolerance becomes the default; its name and parameter stay, without
+    /// effect, until a new choice.
     pub fn reopened(&self) -> Scene {
         let chosen = self.chosen();
         let mut scene = Scene { resolution: None, ..self.clone() };

@@ -3,12 +3,14 @@
 //!
 //! [`RodSpec`] is the table. Numbers of edges are 2 to 1e7; without one it is that of a polyline, or the program
 //! chooses it. A mesh of an arc or helix must have so many edges that they turn by less than half a turn on average.
-//! Natural curvature is a factor on the curvature of the rest shape, natural twist is in rad/m. Natural bending, 1/m,
-//! is a list of pairs (one number for each director) at equally spaced places from the first node to the last, for
-//! spatial rods only. `bending_at` interpolates it linearly at a node of any mesh, by the weights `bending_shares`.
-//! `is_unstressed` returns whether the rest shape is free of stress: curvature factor 1, natural twist 0, no natural
-//! bending, none as a list. `check` rejects invalid shapes, sections, numbers and meshes. Tapers and the places of
-//! masses are checked with the scene.
+//!
+//! Natural curvature is a factor on the curvature of the rest shape, natural twist is in rad/m. Each is one number, or
+//! a list or function along the rod. Natural bending, 1/m, is a list of pairs (one number for each director) at equally
+//! spaced places from end to end, linear between them, for spatial rods only. The rest shape is free of stress if the
+//! curvature factor is the single number 1, the natural twist the single number 0, and there is no natural bending.
+//!
+//! `check` rejects invalid shapes, sections, numbers and meshes. Tapers and the places of masses are checked with the
+//! scene.
 
 use crate::error::Error;
 use crate::numerics::scalar::Scalar;
@@ -76,12 +78,12 @@ table! {
     }
 }
 
-/// The factor 1 along the whole rod.
+/// The number 1, constant along the whole rod: the default factor on the curvature.
 pub(super) fn one<D: From<f64>>() -> Along<D> {
     Along::Whole(D::from(1.0))
 }
 
-/// The value 0 along the whole rod.
+/// The number 0, constant along the whole rod: the default natural twist.
 fn zero<D: From<f64>>() -> Along<D> {
     Along::Whole(D::from(0.0))
 }
@@ -121,8 +123,9 @@ pub enum Discretization {
 }
 
 impl<D: Scalar> RodSpec<D> {
-    /// Additional natural curvature along both directors at node `i`, 1/m, of a mesh whose nodes are at `places`,
-    /// fractions of the rod length. It is linear between the given pairs, and zero without pairs.
+    /// Additional natural curvature about both directors at node `i`, 1/m: linear between the two pairs of
+    /// `natural_bending` around the node, and zero without pairs. `places` are the arc lengths of the nodes of the mesh
+    /// as fractions of the rod length.
     pub(crate) fn bending_at(&self, i: usize, places: &[f64]) -> [D; 2] {
         let Some([(before, a), (after, b)]) = self.bending_shares(i, places) else {
             return [D::from(0.0); 2];
@@ -131,9 +134,10 @@ impl<D: Scalar> RodSpec<D> {
         [0, 1].map(|c| both[0][c] * a + both[1][c] * b)
     }
 
-    /// Indices and weights of the two pairs of `natural_bending` around node `i` of a mesh whose nodes are at `places`,
-    /// fractions of the rod length. Pairs are at equally spaced numbers of edges from end to end: the parts of the
-    /// outermost edges behind walls do not count. None without pairs.
+    /// Indices and weights of the two pairs of `natural_bending` around node `i`. `places` are the arc lengths of the
+    /// nodes of the mesh, at least two, as fractions of the rod length. Pairs are equally spaced in the number of edges
+    /// from wall or end to wall or end; the parts of outermost edges behind walls do not count. Beyond an end the
+    /// outermost pair has the weight 1. None without pairs.
     pub(crate) fn bending_shares(&self, i: usize, places: &[f64]) -> Option<[(usize, f64); 2]> {
         let last = self.natural_bending.len().checked_sub(1)?;
         let edges = places.len() - 1;
@@ -160,7 +164,8 @@ impl RodSpec {
             && self.natural_bending.is_empty()
     }
 
-    /// Lists along the rod with their paths, below the table of the rod.
+    /// Values along the rod with their keys below `[rod]`: `natural_curvature`, `natural_twist`, then the given factors
+    /// `taper.<key>`.
     fn lists(&self) -> impl Iterator<Item = (String, &Along)> {
         let natural = [
             ("natural_curvature".to_string(), &self.natural_curvature),
@@ -170,8 +175,8 @@ impl RodSpec {
         natural.into_iter().chain(factors.map(|(key, along)| (format!("taper.{key}"), along)))
     }
 
-    /// Rejects a list at arc lengths whose last one is not the end of the rod, up to [`END_TOLERANCE`]. `table` is the
-    /// path of the rod.
+    /// Rejects values at arc lengths whose last one differs from the length of the rod by more than [`END_TOLERANCE`]
+    /// of it. Values in other forms are accepted. `table` is the path of the rod, for the error.
     pub(super) fn check_ends_of_lists(&self, table: &str) -> Result<(), Error> {
         let length = self.shape.curve_length();
         for (key, along) in self.lists() {
@@ -185,7 +190,8 @@ impl RodSpec {
         Ok(())
     }
 
-    /// Scales the arc lengths of all lists so that they end with the rod, whose length may have changed.
+    /// Scales the arc lengths of all values that are given at arc lengths, so that the last one is the present length
+    /// of the rod.
     pub(super) fn end_lists_with_rod(&mut self) {
         let length = self.shape.curve_length();
         let factors = self.taper.factors_mut();
@@ -194,7 +200,8 @@ impl RodSpec {
         }
     }
 
-    /// A rod with `segments` edges, free of stress in its shape, without taper, masses and a given discretization.
+    /// A rod with `segments` edges, free of stress in its shape, with neither taper nor masses; discretization and
+    /// dimension are the defaults.
     pub(super) fn new(segments: usize, shape: Shape, section: Section) -> Self {
         Self {
             segments: Some(segments),

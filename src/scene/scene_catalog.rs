@@ -2,7 +2,7 @@
 //!
 //! [`catalog_scenes`] returns them: they have all kinds of shapes, sections, loads, actuators and contacts, all forms
 //! of values along the rod, and both schemes with a parameter. The module `parameter` visits their numbers for units,
-//! limits and search ranges. They are neither validated nor simulated.
+//! limits and search ranges. The scenes are neither validated nor simulated, and their values mean nothing.
 
 use crate::scene::Scene;
 use crate::scene::actuation::{ActuatedStrain, Actuation, RoutePoint, Tension};

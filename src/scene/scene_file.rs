@@ -2,7 +2,7 @@
 //!
 //! Input of [`SceneFile::load`] is the path of a TOML file. Valid TOML with a key `rods` at its root is read as a
 //! structure, any other text as the scene of one rod. Output is the validated scene, with the files that it names
-//! (polylines, recordings, signals) read; unreadable files and invalid values are errors.
+//! (polylines, recordings, signals) read. Unreadable files and invalid values are errors.
 
 use crate::error::Error;
 use crate::scene::{Scene, StructureScene};

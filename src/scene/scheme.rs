@@ -2,10 +2,8 @@
 //! (step times angular frequency), conservation of energy, parameter.
 //!
 //! The schemes are Newmark-beta (default), average vector field, Rodas4, Verlet, PEFRL and generalised-alpha. A scheme
-//! is a variant of [`Scheme`], a row of [`Traits`], and a stepper in [`crate::dynamics::stepper`]. [`Scheme::all`]
-//! lists the variants, `traits` is the row of one, and `names` are those with a property, for messages. `takes_beta` is
-//! true for Newmark-beta only. The row determines the terms that a scene may contain, the energy check, the steps of a
-//! study and the text of messages.
+//! is a variant of [`Scheme`], a row of [`Traits`], and a stepper in [`crate::dynamics::stepper`]. The row determines
+//! the terms that a scene may contain, the energy check, the steps of a study and the text of messages.
 
 use serde::{Deserialize, Serialize};
 
@@ -169,7 +167,7 @@ impl Scheme {
         TRAITS.iter().map(|traits| traits.scheme)
     }
 
-    /// The row of properties of the scheme.
+    /// The properties of the scheme: its row of the table of all schemes.
     pub const fn traits(self) -> &'static Traits {
         // Rows are in the order of the variants, which the constant above asserts.
         &TRAITS[self as usize]
@@ -180,8 +178,8 @@ impl Scheme {
         self.traits().name
     }
 
-    /// Names of the schemes for which `has_property` returns true, for messages, in the order of the variants:
-    /// `a, b and c`. Empty for none.
+    /// Names of the schemes for which `has_property` returns true, for messages, in the order of the variants: `a, b
+    /// and c`. An empty text if there is none.
     pub(crate) fn names(has_property: impl Fn(&Traits) -> bool) -> String {
         let names: Vec<_> =
             TRAITS.iter().filter(|traits| has_property(traits)).map(|t| t.name).collect();

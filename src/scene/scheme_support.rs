@@ -1,25 +1,25 @@
 //! Terms of a scene that an integration scheme does not support.
 //!
 //! `unsupported_by` compares a scene with the [`Traits`] of a scheme. Output is a list of terms, each with its key, its
-//! found value, and text with the schemes that support it. Their order is: one Kelvin-Voigt time above zero, friction,
-//! Maxwell branches, drag, contacts, losses of contacts, moving supports. Then follow at most one signal with kinks or
-//! jumps, one actuator with a signal, and one follower load with a signal. The list is empty if the scheme supports
-//! all; `is_supported_by` returns whether it is.
+//! found value, and text with the schemes that support it; it is empty if the scheme supports the scene. Order: the
+//! first Kelvin-Voigt time above zero, internal friction, Maxwell branches, drag, contacts (one term), friction or
+//! damping of each contact, and moving supports. Then follow the first signal with kinks or jumps that is used, the
+//! first actuator with a signal, and the first follower load with a signal.
 
 use crate::scene::Scene;
 use crate::scene::scheme::{Scheme, Traits};
 
 impl Scene {
-    /// Whether a scheme supports all terms of the scene: damping, friction, drag, contacts, moving supports and
-    /// signals.
+    /// Whether a scheme supports all terms of the scene: damping, friction, drag, contacts, moving supports, signals,
+    /// and actuators and follower loads with a signal.
     pub(crate) fn is_supported_by(&self, scheme: Scheme) -> bool {
         self.unsupported_by(scheme).is_empty()
     }
 
-    /// Terms of the scene that a scheme does not support, each with key, found value and the schemes that support it.
-    /// Order: one Kelvin-Voigt time above zero, friction, Maxwell branches, drag, contacts, their losses, moving
-    /// supports. Then follow the first used signal that is not smooth, the first actuator with a signal, and the first
-    /// follower load with a signal. Empty if it supports all.
+    /// Terms of the scene that a scheme does not support, each with key, found value and the schemes that support it;
+    /// empty if it supports all. Order: the first Kelvin-Voigt time above zero, internal friction, Maxwell branches,
+    /// drag, contacts (one term), friction or damping of each contact, and moving supports. Then follow the first used
+    /// signal that is not smooth, the first actuator with a signal, and the first follower load with a signal.
     pub(super) fn unsupported_by(&self, scheme: Scheme) -> Vec<UnsupportedTerm> {
         let (damping, traits) = (&self.loads.damping, scheme.traits());
         let mut unsupported = Vec::new();

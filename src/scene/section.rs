@@ -1,13 +1,16 @@
 //! Cross-sections of the rod, with their areas, second moments, torsion constants and shear coefficients.
 //!
 //! Kinds are circle, tube (outer radius, wall thickness), rectangle (width, height) and custom sections; sizes in m.
-//! `up` orients rectangles and custom sections by its component across the first edge (`up_across`).
+//! `up` orients rectangles and custom sections by its component normal to the first edge.
+//!
 //! [`Section::moments`] returns area, m^2, second moments in the plane of `up` and across it, m^4, and torsion
 //! constant, m^4, over any number type. The torsion constant of a rectangle is Saint-Venant's series; a custom section
-//! gives all of these numbers. `shear_coefficient` is that of Cowper (1966), for custom sections that of a rectangle;
-//! `shear_flexibility` is the ratio `E/(kappa G)` of vibrating rods. `radius_of_gyration` is the larger one, m. `check`
-//! rejects sizes that are not positive and a wall thicker than the radius, `check_up` a direction `up` along the first
-//! edge.
+//! gives all of these numbers. `shear_coefficient` is Timoshenko's kappa by Cowper (1966), for custom sections that of
+//! a rectangle; `shear_flexibility` is the ratio `E/(kappa G)` of vibrating rods. `radius_of_gyration` is `sqrt(I/A)`
+//! with the larger second moment, m.
+//!
+//! `check` rejects sizes that are not positive and a wall thicker than the radius, `check_up` a direction `up` along
+//! the first edge.
 
 use crate::error::Error;
 use crate::numerics::scalar::Scalar;
@@ -71,8 +74,8 @@ table! {
 }
 
 impl Section {
-    /// Rejects sizes that are not positive and finite, a wall thicker than the radius, and a direction `up` of no
-    /// length.
+    /// Rejects sizes, areas and moments that are not positive and finite, a wall thicker than the radius, and a
+    /// direction `up` of no length.
     pub(crate) fn check(&self) -> Result<(), Error> {
         self.check_numbers("rod.section", TABLE)?;
         match self {
@@ -84,8 +87,8 @@ impl Section {
         }
     }
 
-    /// Rejects a direction `up` along the first edge of the `nodes`, which does not determine the orientation of the
-    /// section. `Ok` for a circle or a tube.
+    /// Rejects a direction `up` parallel to the first edge of the `nodes`, m, which does not determine the orientation
+    /// of the section. `Ok` for a circle or a tube.
     pub(crate) fn check_up(&self, nodes: &[Vector<f64>]) -> Result<(), Error> {
         let Some(up) = self.up() else { return Ok(()) };
         let first_edge = unit(sub(nodes[1], nodes[0]));
@@ -102,7 +105,8 @@ impl Section {
         ))
     }
 
-    /// Largest radius of gyration about an axis in the section, m: the root of the larger second moment over the area.
+    /// Largest radius of gyration about an axis in the section, m: `sqrt(I/A)` with the larger second moment I and the
+    /// area A.
     pub(crate) fn radius_of_gyration(&self) -> f64 {
         let SectionProperties { area, second_moments: [i1, i2], .. } = self.moments();
         (i1.max(i2) / area).sqrt()
@@ -111,8 +115,9 @@ impl Section {
 
 impl<D: Scalar> Section<D> {
     /// Shear coefficient kappa of Timoshenko's beam at Poisson's ratio `nu` (G. R. Cowper, J. Appl. Mech. 33 (1966)
-    /// 335). It is `6 (1 + nu)/(7 + 6 nu)` for a circle, `10 (1 + nu)/(12 + 11 nu)` for rectangles and custom sections,
-    /// and Cowper's formula for a tube.
+    /// 335). It is `6 (1 + nu)/(7 + 6 nu)` for a circle, `10 (1 + nu)/(12 + 11 nu)` for rectangles and custom sections.
+    /// For a tube with the ratio `m` of inner to outer radius it is `6 (1 + nu) c/((7 + 6 nu) c + (20 + 12 nu) m^2)`
+    /// with `c = (1 + m^2)^2`.
     pub(crate) fn shear_coefficient(&self, nu: D) -> D {
         match self {
             Self::Circle { .. } => (nu + 1.0) * 6.0 / (nu * 6.0 + 7.0),
@@ -131,7 +136,7 @@ impl<D: Scalar> Section<D> {
 
     /// Ratio `E/(kappa G)` of a vibrating rod of an isotropic material with Poisson's ratio `nu`. For solid sections it
     /// is `2.4 + 0.483 nu + 5.208 nu^2`: the terms of `T1` in ASTM E1876 of first order in the squared thickness, of
-    /// round and rectangular bars alike. That of a tube follows from Cowper's coefficient.
+    /// round and rectangular bars alike. That of a tube is `2 (1 + nu)/kappa` with Cowper's coefficient.
     pub(crate) fn shear_flexibility(&self, nu: D) -> D {
         match self {
             Self::Tube { .. } => (nu + 1.0) * 2.0 / self.shear_coefficient(nu),
@@ -141,7 +146,7 @@ impl<D: Scalar> Section<D> {
 }
 
 impl<D: Scalar> Section<D> {
-    /// The direction `up` that orients the section, as given, of any length; none for a circle or a tube.
+    /// The direction `up` that orients the section, as given and of any length; none for a circle or a tube.
     pub fn up(&self) -> Option<Vector<D>> {
         match self {
             Self::Circle { .. } | Self::Tube { .. } => None,
@@ -149,7 +154,7 @@ impl<D: Scalar> Section<D> {
         }
     }
 
-    /// The unit vector along the component of `up` across the first edge of the `nodes`, in the world; none for a
+    /// Unit vector, in the world, along the component of `up` normal to the first edge of the `nodes`; none for a
     /// circle or a tube.
     pub(crate) fn up_across(&self, nodes: &[Vector<D>]) -> Option<Vector<D>> {
         let first_edge = unit(sub(nodes[1], nodes[0]));
@@ -207,7 +212,8 @@ pub fn tube<D: Scalar>(radius: D, thickness: D) -> SectionProperties<D> {
 }
 
 /// Area, second moments (`A height^2/12` in the plane of `up`, `A width^2/12` across it) and torsion constant of a
-/// rectangle with this width and height, m. The torsion constant is Saint-Venant's series with `SERIES_TERMS` terms.
+/// rectangle with this width and height, m. The torsion constant is Saint-Venant's `a b^3 (1/3 - 64/pi^5 b/a S)` with
+/// the sides `a >= b`. The series `S` is the sum of `tanh(n pi a/(2 b))/n^5` over odd n, with `SERIES_TERMS` terms.
 pub fn rectangle<D: Scalar>(width: D, height: D) -> SectionProperties<D> {
     let area = width * height;
     let (long, short) =

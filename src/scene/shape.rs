@@ -1,12 +1,13 @@
 //! Rest shapes: straight, helix, arc, or a polyline; their nodes by arc length.
 //!
-//! [`Shape::mesh`] places nodes along the curve, m, with parts of the outermost edges behind walls. Edges are equal;
-//! those of a polyline are proportional to the distances of its points, and by default as many. Other shapes without a
-//! number of edges are errors. `Shape::nodes_of` places the nodes of a rod in this shape as an initial one: at the same
-//! fractions of the length, or at arc lengths of a polyline's file. Both are evaluated over any number type, with
-//! derivatives by the numbers of the shape. `Shape::read` reads the points of a polyline from a file or from the scene
-//! (module `polyline`); one that has not been read is an error. `Shape::length` (m) and `Shape::turning` (rad) are
-//! those of a formula, `Shape::check` rejects invalid numbers.
+//! [`Shape::mesh`] places nodes along the curve, m, with given fractions of the outermost edges behind walls. All edges
+//! have equal lengths along the curve. Those of a polyline are proportional to the distances of its points, and by
+//! default as many; other shapes without a number of edges are errors. `Shape::nodes_of` places the nodes of a rod in
+//! this shape as an initial one: at the same fractions of the length as at rest, or at arc lengths that the file of a
+//! polyline gives. Both work over any number type, with derivatives with respect to the numbers of the shape.
+//!
+//! `Shape::read` reads the points of a polyline from a file or from the scene (module `polyline`); mesh and nodes of
+//! one that has not been read are errors. `Shape::check` rejects invalid numbers.
 
 use crate::error::Error;
 use crate::numerics::scalar::Scalar;
@@ -113,13 +114,14 @@ pub enum Handedness {
     Right,
 }
 
-/// The error for a mesh of a shape other than a polyline without a number of edges.
+/// The error for a missing number of edges of a shape other than a polyline.
 fn no_segments() -> Error {
     Error::invalid("rod.segments", "no such key", "2 .. 1e7")
 }
 
 impl Shape {
-    /// A smooth curve through the points of a CSV file, which is not read yet.
+    /// A smooth curve through the points of a CSV file, relative to the scene file. It is not read yet; the factor on
+    /// coordinates is 1, and no lengths of edges are given.
     pub fn polyline(file: impl Into<PathBuf>) -> Self {
         Self::Polyline {
             file: file.into(),
@@ -140,9 +142,10 @@ impl Shape {
         shape
     }
 
-    /// Reads the points of a polyline from its file in `folder` or from the scene, and applies given lengths of the
-    /// edges. No effect if the same points and lengths have been read, and for other shapes. `on_a_rod` is true for an
-    /// initial shape: its file may have a column of arc lengths. An error for a file or points that are no curve.
+    /// Reads the points of a polyline from its file, relative to `folder`, or takes those of the scene, and applies
+    /// given lengths of the edges. Points and lengths that have been read are not read again; no effect for other
+    /// shapes. `on_a_rod` is true for an initial shape: its file may have a column of arc lengths. Errors are those of
+    /// `Polyline`.
     pub(crate) fn read(&mut self, folder: &Path, on_a_rod: bool) -> Result<(), Error> {
         if let Self::Polyline { file, points, line, lengths, .. } = self {
             let path = marker_files::file::at(folder, file);
@@ -163,8 +166,8 @@ impl Shape {
         Ok(())
     }
 
-    /// Rejects invalid numbers, directions of no length, and a polyline with neither or both of file and points;
-    /// `table` is the key of the shape, for the error.
+    /// Rejects numbers that are not finite or not above 0 where they must be, directions of no length, and a polyline
+    /// with neither or both of file and points. `table` is the path of the shape, for the error.
     pub(crate) fn check(&self, table: &str) -> Result<(), Error> {
         self.check_numbers(table, TABLE)?;
         match self {
@@ -178,7 +181,7 @@ impl Shape {
         }
     }
 
-    /// Length along the curve, m; 0 for a polyline, whose points determine it.
+    /// Length along the curve, m, as the scene gives it; 0 for a polyline, whose points determine it.
     pub(crate) fn length(&self) -> f64 {
         match self {
             Self::Straight { length, .. }
@@ -188,7 +191,8 @@ impl Shape {
         }
     }
 
-    /// Length along the curve, m, also of a polyline whose points are read; NaN before.
+    /// Length along the curve, m. Of a polyline it is that of the curve through its points, without the factor `scale`,
+    /// and NaN before they are read.
     pub(super) fn curve_length(&self) -> f64 {
         match self {
             Self::Polyline { line, .. } => line.as_ref().map_or(f64::NAN, |line| line.length()),
@@ -196,8 +200,8 @@ impl Shape {
         }
     }
 
-    /// Turning angle of the tangent from end to end, rad, positive: `|angle|` of an arc, 0 of a straight line,
-    /// `L R/(R^2 + (pitch/(2 pi))^2)` of a helix. None for a polyline, whose points determine it.
+    /// Integral of the curvature along the curve, rad, not negative: `|angle|` of an arc, 0 of a straight line, `L
+    /// R/(R^2 + (pitch/(2 pi))^2)` of a helix. None for a polyline, whose points determine it.
     pub(crate) fn turning(&self) -> Option<f64> {
         match self {
             Self::Straight { .. } => Some(0.0),
@@ -211,9 +215,10 @@ impl Shape {
 }
 
 impl<D: Scalar> Shape<D> {
-    /// Mesh of `segments` equal edges. `behind` are the fractions of the first and of the last edge behind a wall; the
-    /// rest of the edges adds up to the length. The edges of a polyline are proportional to the distances of its
-    /// points, and by default as many. Its points must have been read, by [`Scene::load`](super::Scene::load) or
+    /// Mesh of `segments` edges of equal length along the curve, m. `behind` are the fractions of the first and of the
+    /// last edge behind a wall. An edge is the rod length over `segments - behind[0] - behind[1]`, and arc length 0 is
+    /// at the first wall. The edges of a polyline are proportional to the distances of its points, and by default as
+    /// many. Its points must have been read, by [`Scene::load`](super::Scene::load) or
     /// [`Scene::problem`](super::Scene::problem), else there is an error. For other shapes a missing number of edges is
     /// an error.
     pub fn mesh(&self, segments: Option<usize>, behind: [f64; 2]) -> Result<Mesh<D>, Error> {
@@ -232,8 +237,8 @@ impl<D: Scalar> Shape<D> {
     }
 
     /// Positions, m, of the nodes of a rod in this shape. They are at the same fractions of the length as in `rest`,
-    /// the mesh of its rest shape. A polyline with a column of arc lengths has the nodes at these. An error for a
-    /// polyline that is not read or does not cover the rod.
+    /// the mesh of the rest shape. If the file of a polyline gives arc lengths, the nodes are at their arc lengths in
+    /// `rest`. An error for a polyline that is not read or does not cover the rod.
     pub(crate) fn nodes_of(&self, rest: &Mesh<D>) -> Result<Vec<Vector<D>>, Error> {
         let (length, point) = match self.curve()? {
             ShapeCurve::Formula(length, point) => (length, point),
@@ -247,9 +252,10 @@ impl<D: Scalar> Shape<D> {
         Ok(rest.arc_length.iter().map(|s| point(*s * stretch)).collect())
     }
 
-    /// The shape as its length, m, and the position as a function of arc length, m, in closed form; or as a polyline
-    /// that has been read with the factor on its coordinates. Arc length 0 is at the origin, for a helix at the radius
-    /// along x, rotated with its axis. An error for a polyline that has not been read.
+    /// The shape as its length, m, and the position, m, as a function of arc length, in closed form. A polyline that
+    /// has been read is its curve, with the factor on its coordinates. Arc length 0 is at the origin, except for a
+    /// helix, which begins at its radius from the axis through the origin. An error for a polyline that has not been
+    /// read.
     fn curve(&self) -> Result<ShapeCurve<'_, D>, Error> {
         Ok(match *self {
             Self::Straight { length, direction } => {
@@ -301,8 +307,8 @@ enum ShapeCurve<'a, D> {
     Points(&'a Polyline, D),
 }
 
-/// The vector `v` rotated by the smallest rotation from -z to the unit vector `axis`. If `axis` is +z within 1e-14, it
-/// is by half a turn about x.
+/// The vector `v` rotated by the smallest rotation that takes -z to the unit vector `axis`. For an `axis` within 1e-14
+/// of +z the rotation is by half a turn about x, then by the smallest one from +z.
 fn to_axis<D: Scalar>(axis: Vector<D>, v: Vector<D>) -> Vector<D> {
     // The smallest rotation to the opposite direction is not unique, and its formula divides by zero.
     let (from, v) = match axis[2].value() > 1.0 - 1e-14 {
@@ -315,7 +321,8 @@ fn to_axis<D: Scalar>(axis: Vector<D>, v: Vector<D>) -> Vector<D> {
     add(add(v, across), scale(cross(about, across), (dot(from, axis) + 1.0).recip()))
 }
 
-/// `sin(x)/x`. Up to 0.05 it is the power series to `x^10`, since the derivatives of the quotient do not exist at 0.
+/// `sin(x)/x`. For |x| up to 0.05 it is the power series to `x^10`, since the derivatives of the quotient do not exist
+/// at 0.
 fn sine_over<D: Scalar>(x: D) -> D {
     if x.value().abs() > 0.05 {
         return x.sin() / x;

@@ -1,12 +1,13 @@
 //! `[[signals]]`: factors of loads as functions of time, from a formula or from samples in a file.
 //!
-//! A [`Signal`] is `gain * s(t - delay)`, without a unit. `s` is a sine, a ramp from 0 to 1, a pulse, values in steps,
-//! or the samples of a file. [`Signal::curve`] returns it over any scalar; gain, delay and the numbers of the formula
-//! can be identified. `read` reads the file, with the scene. `check_signals` rejects missing keys, keys of another
-//! kind, and names that are used twice; `check_reference` a load whose signal does not exist; `check_end` a simulation
-//! beyond the samples. `motion_rate` is the period of a sine, or that of the bandwidth of samples, with which time
-//! steps are compared. `warnings` are those of missing samples. `is_smooth` returns whether schemes that require smooth
-//! signals accept it: a sine, or samples with cubic interpolation.
+//! A [`Signal`] is `gain * s(t - delay)`, without a unit. `s` is a sine, a ramp from 0 to 1, a pulse from 0 to 1 and
+//! back, values in steps, or the samples of a file. [`Signal::curve`] returns it over any scalar; gain, delay and the
+//! numbers of the formula can be identified. `read` reads the file. Smooth signals, which some schemes require, are a
+//! sine and samples with cubic interpolation.
+//!
+//! Rejected are missing keys, keys of another kind, names that are used twice, a load whose signal does not exist, and
+//! a simulation beyond the samples. The rate for the choice of time steps is the frequency of a sine, the bandwidth of
+//! samples, or the duration of a pulse; `warnings` are those of missing samples.
 
 use crate::code::Code;
 use crate::error::Error;
@@ -116,9 +117,9 @@ impl<D: From<f64>> Signal<D> {
 }
 
 impl<D: Scalar> Signal<D> {
-    /// The signal as a function of time, with gain and delay. Zero for a file that is not read, and without a kind.
-    /// Numbers that are missing, which validation rejects or allows, count as amplitude 1, duration 1 s, and otherwise
-    /// 0.
+    /// The signal as a function of time, with gain and delay, by its samples or else its kind. It is zero for a file
+    /// that is not read, and without a kind. Missing numbers count as amplitude 1, duration 1 s, and otherwise 0;
+    /// validation rejects a missing frequency or duration.
     pub fn curve(&self) -> SignalCurve<D> {
         let (zero, one) = (D::from(0.0), D::from(1.0));
         let constant = |value: D| [value, zero, zero, zero];
@@ -163,8 +164,8 @@ impl<D: Scalar> Signal<D> {
 }
 
 impl Signal {
-    /// Whether a ramp, a pulse or steps, with their gain, have values below zero. A sine and samples of a file are not
-    /// examined.
+    /// Whether a ramp, a pulse or steps have a value below zero, gain included. False for a sine and samples of a file,
+    /// which are not examined.
     pub(super) fn has_negative_values(&self) -> bool {
         match self.kind {
             Some(SignalKind::Ramp | SignalKind::Pulse) => self.gain < 0.0,
@@ -173,7 +174,7 @@ impl Signal {
         }
     }
 
-    /// Reads the samples from the file in `folder`, unless there are samples. No effect without a file.
+    /// Reads the samples from the file, relative to `folder`, unless there are samples. No effect without a file.
     ///
     /// # Errors
     /// A file that cannot be read.
@@ -269,10 +270,10 @@ impl Signal {
         Ok(())
     }
 
-    /// Rejects a simulation that ends more than a step after the last sample. A positive delay moves that sample to a
-    /// later time. A negative one does not, so that it does not limit a search for the delay: the last value is kept.
-    /// If the step is left to the program, it is the median interval of the samples. A missing end, and a signal
-    /// without samples, are accepted.
+    /// Rejects a simulation that ends more than a step after the last sample, later by a positive delay. A negative
+    /// delay does not count, so that it does not limit a search for the delay: the last value is kept until the end. If
+    /// the step is left to the program, it is the median interval of the samples. A missing end, and a signal without
+    /// samples, are accepted.
     pub(super) fn check_end(&self, time: &Time) -> Result<(), Error> {
         let Some(samples) = &self.samples else { return Ok(()) };
         let last = samples.end() + self.delay.max(0.0);
@@ -284,8 +285,9 @@ impl Signal {
         Ok(())
     }
 
-    /// Rate of the signal for the choice of time steps: the period of a sine, or the bandwidth of samples. None for
-    /// other kinds, whose means over a step are exact for dead loads, and for samples that do not exceed their noise.
+    /// Rate of the signal for the choice of time steps: the frequency of a sine, or the bandwidth of samples. None for
+    /// other kinds, whose means over a step are exact for loads of constant direction, and for samples that do not
+    /// exceed their noise.
     pub(super) fn motion_rate(&self) -> Option<MotionRate> {
         let key = format!("signals.{}", self.name);
         match (&self.samples, self.frequency) {
@@ -301,7 +303,8 @@ impl Signal {
         }
     }
 
-    /// Rate of a pulse with a gain: two time steps or more are required in it. None for other kinds.
+    /// Rate of a pulse by its duration, within which at least two time steps are required. None for other kinds, for
+    /// the gain 0, and without a duration.
     pub(super) fn pulse_rate(&self) -> Option<MotionRate> {
         let duration = self.duration.filter(|_| self.gain != 0.0)?;
         let key = format!("signals.{}.duration", self.name);
@@ -309,13 +312,15 @@ impl Signal {
         is_pulse.then(|| MotionRate::of_interval(key, "pulse", duration))
     }
 
-    /// Warnings, with codes, of missing samples, with the name of the file; empty without samples.
+    /// Warnings, with codes, of the missing samples of a file, with its name in front; empty without samples that have
+    /// been read.
     pub(super) fn warnings(&self) -> Vec<(Code, String)> {
         self.samples.as_ref().map_or(Vec::new(), |samples| samples.warnings(&self.file))
     }
 }
 
-/// Rejects the first signal that is invalid, or has the name of one before it.
+/// Rejects the first signal that is invalid ([`Signal::check`]), or has the name of one before it. The error has the
+/// path `signals[i]`.
 pub(super) fn check_signals(signals: &[Signal]) -> Result<(), Error> {
     for (i, signal) in signals.iter().enumerate() {
         let key = format!("signals[{i}]");

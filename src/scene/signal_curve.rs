@@ -1,11 +1,12 @@
 //! Values, rates and means of a signal over any scalar.
 //!
-//! A [`SignalCurve`] is `gain * s(t - delay)`, with `s` a sine or polynomials between knots (ramp, pulse, steps,
-//! samples). Before the first knot `s` is 0, or that of the first sample. [`SignalCurve::value`] is taken at a time, s,
-//! [`SignalCurve::rate`] is its derivative, 1/s, and [`SignalCurve::mean`] that over an interval. The mean is the exact
-//! integral over the length, so that a jump within a time step enters by its exact impulse. It has derivatives by gain,
-//! delay, the numbers of the signal and the ends of the interval. Where a time or an end meets a jump or a kink, they
-//! are one-sided, with the value after it.
+//! A [`SignalCurve`] is `gain * s(t - delay)`, with `s` a sine or polynomials in the time since a knot (ramp, pulse,
+//! steps, samples). Before the first knot `s` is 0, or the first sample. [`SignalCurve::value`] is its value at a time,
+//! s, [`SignalCurve::rate`] its derivative, 1/s, and [`SignalCurve::mean`] its mean over an interval. The mean is the
+//! exact integral over the length, so that a jump within a time step enters by its exact impulse.
+//!
+//! All have derivatives with respect to time, or the ends of the interval, gain, delay and the numbers of the signal
+//! (not samples). Where a time or an end meets a jump or a kink, they are one-sided, with the value after it.
 
 use crate::numerics::scalar::Scalar;
 use crate::scene::signal_samples::SignalSamples;
@@ -33,7 +34,7 @@ pub(super) enum CurveShape<D> {
     Samples(Arc<SignalSamples>),
 }
 
-/// `sin(x)/x`, with its derivatives, by its series where the quotient would cancel.
+/// `sin(x)/x`, for |x| < 0.02 by its series to `x^6`. Its derivatives exist at 0 too.
 fn sinc<D: Scalar>(x: D) -> D {
     let square = x * x;
     match x.value().abs() < 0.02 {
@@ -43,7 +44,7 @@ fn sinc<D: Scalar>(x: D) -> D {
     }
 }
 
-/// The cubic polynomial with the coefficients `c`, in ascending order from the constant, at `u`.
+/// The cubic polynomial `c[0] + c[1] u + c[2] u^2 + c[3] u^3`.
 fn polynomial<D: Scalar>(c: &[D; 4], u: D) -> D {
     ((c[3] * u + c[2]) * u + c[1]) * u + c[0]
 }
@@ -58,8 +59,9 @@ impl<D: Scalar> CurveShape<D> {
         }
     }
 
-    /// Coefficients of the polynomial in the time since the knot `k`, ascending. `None` is the part before the first
-    /// knot: zero, or the constant first sample. It panics for a knot that does not exist.
+    /// Coefficients of the polynomial in the time since the knot `k`, ascending from the constant. `None` is the part
+    /// before the first knot: zero, or the constant first sample. Zero for a sine. It panics for a knot that does not
+    /// exist.
     fn piece(&self, k: Option<usize>) -> [D; 4] {
         let zero = D::from(0.0);
         match (self, k) {
@@ -80,8 +82,8 @@ impl<D: Scalar> CurveShape<D> {
         count.checked_sub(1)
     }
 
-    /// Coefficients of the polynomial piece that contains the time `t`, s, of a signal that is not a sine, ascending,
-    /// and the time since its knot, s (0 before the first knot).
+    /// For a signal that is not a sine: coefficients of the polynomial piece that contains the time `t`, s, ascending
+    /// from the constant, and the time since its knot, s (0 before the first knot). At a knot it is the piece after it.
     fn local(&self, t: D) -> ([D; 4], D) {
         let k = self.last_knot(t.value());
         let since = k.and_then(|k| self.knot(k)).map_or(D::from(0.0), |knot| t - knot);
@@ -145,8 +147,8 @@ impl<D: Scalar> SignalCurve<D> {
         self.gain * rate
     }
 
-    /// The mean from the time `from` to `to > from`, s: the exact integral over the length of the interval, with gain
-    /// and delay.
+    /// The mean from the time `from` to `to`, s, which must be later, with gain and delay: the exact integral over the
+    /// length of the interval.
     pub fn mean(&self, from: D, to: D) -> D {
         let (from, to) = (from - self.delay, to - self.delay);
         let mean = match &self.shape {

@@ -3,10 +3,12 @@
 //! Input: a table with the columns `t` and `value`, or lists of them, and the interpolation. Linear pieces connect the
 //! samples. Cubic pieces are the spline with continuous second derivatives, whose end slopes are those of the
 //! polynomials through the (at most) four outermost samples. Before the first sample and after the last one the signal
-//! is constant. Output is [`SignalSamples`] with these pieces, the time of the last sample (`end`) and the median
-//! interval (`usual_step`), s, the `bandwidth`, Hz, and `warnings` of missing samples. Both of the latter are found as
-//! those of a recorded motion ([`Track`]). Rejected are missing columns, times that do not increase, fewer than two
-//! samples, and a first time after 0.
+//! is constant.
+//!
+//! Output is [`SignalSamples`] with these pieces, the time of the last sample and the median interval, s, the
+//! bandwidth, Hz, and warnings of missing samples. Bandwidth and missing samples are found as for a recorded motion
+//! ([`Track`]). Rejected are missing columns, times that do not increase, fewer than two samples, and a first time
+//! after 0.
 
 use crate::code::Code;
 use crate::error::Error;
@@ -33,8 +35,8 @@ pub enum Interpolation {
 pub struct SignalSamples {
     /// Times of the samples, s, increasing.
     pub(super) times: Vec<f64>,
-    /// Coefficients of the polynomial in the time since each sample, from the constant on. That of the last sample is
-    /// constant.
+    /// Coefficients of the polynomial in the time since each sample, ascending from the constant; one for each sample.
+    /// The last one is constant.
     pub(super) pieces: Vec<[f64; 4]>,
     /// Missing samples.
     faults: Vec<Fault>,
@@ -44,7 +46,7 @@ pub struct SignalSamples {
 
 impl SignalSamples {
     /// Reads a table with the columns `t` (unit in brackets, otherwise s) and `value`. Blank values are missing
-    /// samples.
+    /// samples, over which the neighbors are interpolated.
     ///
     /// # Errors
     /// A file that cannot be read, missing columns, a unit of the values, times that do not increase, fewer than two
@@ -79,8 +81,9 @@ impl SignalSamples {
         Self::new(times, &values, interpolation).map_err(|message| table.error(1, &message).into())
     }
 
-    /// The signal through `values`, one per time, s, or none where it is missing. Missing samples become defects, and
-    /// the bandwidth is found as that of a recorded motion.
+    /// The signal through `values`, one for each of the increasing `times`, s, or none where it is missing. Missing
+    /// samples become defects unless interpolation over them is accurate, and the bandwidth is that of a recorded
+    /// motion.
     ///
     /// # Errors
     /// A message for fewer than two values.
@@ -113,7 +116,7 @@ impl SignalSamples {
         self.times[self.times.len() - 1]
     }
 
-    /// Median (upper of two) time between two samples, s.
+    /// Median (upper of two) time between two samples, s, without the missing ones.
     pub(super) fn usual_step(&self) -> f64 {
         median_step(&self.times)
     }
@@ -137,7 +140,8 @@ impl SignalSamples {
     }
 }
 
-/// Straight lines between the samples `[time, value]`, then a constant.
+/// Coefficients of the straight lines between the samples `[time, value]`, ascending in the time since each sample;
+/// that after the last one is constant.
 fn linear_pieces(samples: &[[f64; 2]]) -> Vec<[f64; 4]> {
     let mut pieces: Vec<[f64; 4]> = samples
         .windows(2)
@@ -147,8 +151,7 @@ fn linear_pieces(samples: &[[f64; 2]]) -> Vec<[f64; 4]> {
     pieces
 }
 
-/// The derivative at the first of `samples`, `[time, value]`, of the polynomial through all of them, by Lagrange's
-/// formula.
+/// The derivative, at the first of `samples`, `[time, value]`, of the polynomial through all of them.
 fn end_slope(samples: &[[f64; 2]]) -> f64 {
     let [t0, x0] = samples[0];
     let mut slope = 0.0;
@@ -163,9 +166,10 @@ fn end_slope(samples: &[[f64; 2]]) -> f64 {
     slope
 }
 
-/// The cubic spline through the samples `[time, value]`, then a constant. The slopes `s` solve
-/// `s[i-1]/h[i-1] + 2 (1/h[i-1] + 1/h[i]) s[i] + s[i+1]/h[i] = 3 (d[i-1]/h[i-1] + d[i]/h[i])` with the differences `d`
-/// over the intervals `h`.
+/// Coefficients of the cubic spline through the samples `[time, value]`, ascending in the time since each sample; that
+/// after the last one is constant. The slopes `s` solve `s[i-1]/h[i-1] + 2 (1/h[i-1] + 1/h[i]) s[i] + s[i+1]/h[i] = 3
+/// (d[i-1]/h[i-1] + d[i]/h[i])` with the slopes `d` of the chords over the intervals `h`. The outermost two are given
+/// by [`end_slope`] of up to four samples.
 fn cubic_pieces(samples: &[[f64; 2]]) -> Vec<[f64; 4]> {
     let n = samples.len();
     let h: Vec<f64> = samples.windows(2).map(|w| w[1][0] - w[0][0]).collect();

@@ -1,10 +1,12 @@
 //! Time steps and warnings of a scene by the motion of its supports and the signals of its loads and actuators.
 //!
 //! A step is compared with ramps, periods and recordings of supports, periods of sine signals and the bandwidth of
-//! samples; pulses of loads that move with the rod, of moments and of actuators too. Only signals that a load or
-//! an actuator names count (`used_signals`). `check_step` rejects a step, s, that does not resolve these motions,
-//! `motion_step_warnings` returns warnings of poor resolution, `largest_good_step` the largest one, s, that resolves
-//! them well, recorded ends left out. `recording_warnings` are those of defects in recordings and samples.
+//! samples. Pulses count if their load follows the rod or has a moment, or if they control an actuator. Only signals
+//! that a load or an actuator names count (`used_signals`).
+//!
+//! `check_step` rejects a step, s, that does not resolve these motions, and `motion_step_warnings` warns of one that
+//! resolves them poorly, by the limits of the module `motion_rate`. `largest_good_step` is the largest one, s, without
+//! a warning; recorded ends are left out there.
 
 use crate::code::Code;
 use crate::error::Error;
@@ -25,8 +27,9 @@ impl Scene {
         self.signals.iter().filter(move |signal| names.contains(&&*signal.name))
     }
 
-    /// Rates of the used signals with which time steps are compared. Loads that move with the rod and actuators have the
-    /// value of their signal at a time of each step, not its mean, so that short pulses count too.
+    /// Rates of the used signals with which time steps are compared: first sines and samples, then pulses of follower
+    /// loads, loads with a moment and actuators. These have the value of their signal at a time of each step, not its
+    /// mean, so that a step may miss a short pulse.
     fn signal_rates(&self) -> impl Iterator<Item = MotionRate> {
         let loads = &self.loads;
         let moving = loads.point.iter().filter(|load| load.follower || load.moment != [0.0; 3]);
@@ -41,13 +44,15 @@ impl Scene {
         rates.chain(sampled.filter_map(Signal::pulse_rate))
     }
 
-    /// Rejects a time step, s, that does not resolve the motion of a support or a signal.
+    /// Rejects a time step, s, that makes too few steps in a period, ramp or pulse of the motion of a support or a used
+    /// signal (`MotionRate::check`); the first error is returned.
     pub(crate) fn check_step(&self, step: f64) -> Result<(), Error> {
         self.supports.check_step(step)?;
         self.signal_rates().try_for_each(|rate| rate.check(step))
     }
 
-    /// Warnings, with codes, of a time step, s, that resolves the motion of a support or a signal poorly.
+    /// Warnings, with codes, of a time step, s, that resolves motions of supports, then used signals, poorly
+    /// (`MotionRate::warning`); one for each such motion.
     pub(crate) fn motion_step_warnings(&self, step: f64) -> Vec<(Code, String)> {
         let mut warnings = self.supports.step_warnings(step);
         let rates = self.signal_rates();
@@ -55,14 +60,14 @@ impl Scene {
         warnings
     }
 
-    /// Largest time step, s, that resolves the motions of walls and hinges and all used signals well; infinity without
-    /// any. Recorded ends are left out.
+    /// Largest time step, s, without such a warning for the motions of walls and hinges and all used signals; infinity
+    /// without any. Recorded ends are left out.
     pub(crate) fn largest_good_step(&self) -> f64 {
         let rates = self.signal_rates();
         rates.map(|rate| rate.good_step()).fold(self.supports.largest_good_step(), f64::min)
     }
 
-    /// Warnings, with codes, of defects in the recordings that move supports and in the samples of signals.
+    /// Warnings, with codes, of defects in the recordings that move supports, then of missing samples of used signals.
     pub(crate) fn recording_warnings(&self) -> Vec<(Code, String)> {
         let mut warnings = self.supports.recording_warnings();
         warnings.extend(self.used_signals().flat_map(Signal::warnings));

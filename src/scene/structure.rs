@@ -3,11 +3,11 @@
 //!
 //! [`StructureScene`] is generic over the type of its numbers, as [`Scene`]: `map_numbers` converts each by its path,
 //! in which rods, materials and bodies have their names. Rods name materials; joints, supports and loads name rods and
-//! bodies, whose indices `rod` and `body` return. [`StructureScene::validate`] rejects invalid numbers, names and
-//! supports, friction, and a `[time]` without a step or with an unsupported scheme; files are not read. `connects` are
-//! the ends and the body of a joint, `material_of` is the material of a rod (an error for an unknown name).
-//! `has_recorded_ends` returns whether any end follows recorded markers. `part` returns the scene of one rod alone,
-//! `fill_part` replaces the numbers in one.
+//! bodies. [`StructureScene::validate`] rejects invalid numbers, names and supports, friction, and a `[time]` without a
+//! step or with an unsupported scheme; files are not read.
+//!
+//! `part` is the scene of one rod alone with given supports. It has shape, section, taper, natural curvature, masses
+//! and material of the rod, and gravity, damping and `[time]` of the structure; `fill_part` replaces these in a scene.
 
 use crate::error::{Error, ensure};
 use crate::numerics::scalar::Scalar;
@@ -176,8 +176,8 @@ impl NumberTree for RodMaterial {
     type Kind = TableKind;
     type Over<D> = RodMaterial<D>;
 
-    /// The material over `D`: a name is copied, the numbers of own constants are converted by the visitor below the
-    /// path `key`.
+    /// The material over the number type `D`: a name is copied, the numbers of own constants are converted by the
+    /// visitor below the path `key`.
     fn map_numbers<D: From<f64>>(
         &self,
         key: &str,
@@ -344,11 +344,17 @@ table! {
 const SEGMENTS: usize = 6;
 
 impl StructureScene {
-    /// Rejects numbers and names that are not allowed; files are not read. Checked are names (a letter or _, then
-    /// letters, digits, _ and -; not twice in a list), and rods of at least `SEGMENTS` edges. Materials, loads on one
-    /// rod or one body, and possible moments of inertia follow. The initial state must be rest, equilibrium, or with a
-    /// `[recording]` recorded. Supports are checked too, friction is rejected, and a `[time]` needs a step up to its
-    /// end and a scheme that supports the joints and supports. Connections of joints are checked when a model is built.
+    /// Rejects numbers and names that are not allowed; files are not read. Checked are, in this order:
+    ///
+    /// - names: a letter or _, then letters, digits, _ and -, not twice in a list
+    /// - rods: at least one, each with at least `SEGMENTS` edges and a known material
+    /// - loads: on one rod or one body that exists
+    /// - three moments of inertia of a body: none above the sum of the others
+    /// - the initial state: rest, equilibrium, or with a `[recording]` recorded
+    /// - supports; and that there is no friction
+    /// - `[time]`: a step up to its end, and a scheme that supports joints and supports
+    ///
+    /// Connections of joints, and supports of unknown rods, are checked when a model is built.
     ///
     /// # Errors
     /// [`Error::Invalid`] with file, key, and the found and the allowed value.
@@ -453,7 +459,7 @@ impl StructureScene {
         ensure(!is_recorded, "time.scheme", &found, allowed)
     }
 
-    /// Whether a spring between rods or bodies has a viscous moment.
+    /// Whether any spring joint has a damping time other than zero.
     pub(crate) fn has_damped_joints(&self) -> bool {
         let is_damped = |joint: &StructureJoint| match joint {
             StructureJoint::Spring { damping, .. } => *damping != 0.0,
@@ -462,19 +468,19 @@ impl StructureScene {
         self.joints.iter().any(is_damped)
     }
 
-    /// Whether the end of a rod follows recorded markers.
+    /// Whether the kind of any support is recorded.
     pub(crate) fn has_recorded_ends(&self) -> bool {
         self.supports.iter().any(|own| own.kind == Support::Recorded)
     }
 }
 
 impl<D: Copy> StructureScene<D> {
-    /// Index of the rod with this name in `[[rods]]`. An error with `key` and the known names for an unknown one.
+    /// Index in `[[rods]]` of the rod with this name. An unknown name is an error at `key`, with the known names.
     pub fn rod(&self, key: &str, name: &str) -> Result<usize, Error> {
         index(self.rods.iter().map(|rod| &rod.name), key, name, "rods")
     }
 
-    /// Index of the body with this name in `[[bodies]]`. An error with `key` and the known names for an unknown one.
+    /// Index in `[[bodies]]` of the body with this name. An unknown name is an error at `key`, with the known names.
     pub fn body(&self, key: &str, name: &str) -> Result<usize, Error> {
         index(self.bodies.iter().map(|body| &body.name), key, name, "bodies")
     }
@@ -494,8 +500,8 @@ impl<D: Copy> StructureScene<D> {
     }
 }
 
-/// Index of `name` among the `names` of the list `list` of the scene. The error has `key` and the known names, or that
-/// the list is empty.
+/// Index of the first of `names` that equals `name`. `list` is their list in the scene, such as `rods`. The error for
+/// an unknown name has `key` and the known names, or that the list is empty.
 fn index<'a>(
     names: impl Iterator<Item = &'a String> + Clone,
     key: &str,
@@ -534,9 +540,9 @@ impl StructureScene {
         NumberTree::map_numbers(self, "", TABLE, &mut NumberVisitor::new(&mut convert))
     }
 
-    /// The scene of the rod with this index alone, in plain numbers, with these supports of its start and end and the
-    /// model of `dimension`. It has the numbers that [`fill_part`](Self::fill_part) sets, the path of the file, and no
-    /// point loads. An error for an unknown material.
+    /// The scene of the rod with the index `rod` alone, in plain numbers, with these supports of its start and end and
+    /// the model of `dimension`. It has the numbers that [`fill_part`](Self::fill_part) sets, the number of edges of
+    /// the rod, and the path of the file; there are no point loads. An error for an unknown material.
     pub(crate) fn part(
         &self,
         rod: usize,

@@ -1,8 +1,8 @@
 //! A structure for the catalog of parameters, which contains the numbers of a structure that can be parameters.
 //!
-//! Input is a scene of one rod, whose shape, section, material, taper, curvature, damping and time are taken over.
-//! Output of [`catalog_structure`] is a [`StructureScene`] with one rod, one material and one point force. It has two
-//! bodies and two spring joints: one with a single number, one with three, for inertia and compliance. All names are
+//! Input is a scene of one rod, whose shape, section, material, taper, curvature, damping and time are used. Output of
+//! [`catalog_structure`] is a [`StructureScene`] with one rod, one material and one point force. It has two bodies and
+//! two spring joints: one with a single number, one with three, for inertia, compliance and rest angle. All names are
 //! `ANY_NAME` (`*`), so that paths are general: `rods.*.section.radius`. The module `parameter` visits the numbers for
 //! their units and limits; the structure is neither validated nor simulated.
 

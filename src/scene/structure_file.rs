@@ -1,15 +1,14 @@
 //! Reading of the files of structures (TOML), and of the polylines and the recording that they name.
 //!
 //! [`StructureScene::load`] and [`StructureScene::from_toml`] parse a text, validate the scene, and read the points of
-//! shapes and the recorded markers; paths are relative to the folder of the file. `read` does the same with the text of
-//! a file; `read_without_recording` leaves out the recording, which is to be replaced.
+//! shapes and the recorded markers; paths are relative to the folder of the file. `read_without_recording` leaves out
+//! the recording, which is to be replaced. Errors of `load` have the path; those of `from_toml` in the text itself name
+//! no file. For a text that cannot be parsed they list the placeholders, or all required keys that are missing, or a
+//! likely mistake.
 //!
-//! Errors of `load` have the path. Those of `from_toml` in the text itself name no file. For a text that cannot be
-//! parsed they list the placeholders, or all required keys that are missing, or a likely mistake.
-//!
-//! `is_text_of` returns whether a text is valid TOML with a key `rods`. [`StructureScene::files`] lists the file of the
-//! structure, if it has one, and then those that it names. [`StructureScene::follow`] replaces the file of its
-//! recording by one relative to the working directory, and reads it; without `[recording]` it is an error.
+//! A text is that of a structure if it is valid TOML with a key `rods` at its root. [`StructureScene::files`] are the
+//! file of the structure, if it has one, and then those that it names. [`StructureScene::follow`] replaces the file of
+//! its recording by one relative to the working directory, and reads it; without `[recording]` it is an error.
 
 use crate::error::Error;
 use crate::input::hints::{STRUCTURE, explained};
@@ -93,7 +92,7 @@ impl StructureScene {
         Ok(scene)
     }
 
-    /// [`read`](Self::read), without the recording, whose file is to be replaced.
+    /// As [`read`](Self::read), except that the recording is not read, as its file is to be replaced.
     pub(crate) fn read_without_recording(text: &str, path: &Path) -> Result<Self, Error> {
         let mut scene: Self = parse(text, &REQUIRED)
             .map_err(|error| explained(error, text, &STRUCTURE).in_file(Some(path)))?;

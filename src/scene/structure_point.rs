@@ -2,9 +2,8 @@
 //!
 //! [`StructurePoint`] is read from `{ rod = "arm", at = "tip" }` or `{ body = "gripper", offset = [0, 0.1, 0] }`. A
 //! place on a rod is `"start"`, `"tip"` (or `"end"`), a node index, or an arc length from the start, m. The offset from
-//! the center of mass at rest, m, is zero by default. Other keys are errors; names, indices and arc lengths are not
-//! checked here. `on_rod`, `tip` and `on_body` build such points, `RodPoint::point` converts a place to the [`Point`]
-//! of the rod alone, and `Display` writes text such as `the tip of arm`.
+//! the center of mass at rest, m, in world axes, is zero by default. Other keys are errors; names, indices and arc
+//! lengths are not checked here. `Display` writes text such as `the tip of arm`.
 
 use crate::scene::point::Point;
 use serde::{Deserialize, Serialize};
@@ -100,12 +99,12 @@ impl RodPoint {
 }
 
 impl StructurePoint {
-    /// The point at the place `at` of the rod with this name.
+    /// The point at the place `at` of the rod with the name `rod`, which is not checked.
     pub fn on_rod(rod: impl Into<String>, at: RodPoint) -> Self {
         Self::Rod(PointOfRod { rod: rod.into(), at })
     }
 
-    /// The end of a rod at its largest arc length.
+    /// The end of the rod with the name `rod` at its largest arc length.
     pub fn tip(rod: impl Into<String>) -> Self {
         Self::on_rod(rod, RodPoint::End(RodEndName::Tip))
     }

@@ -1,13 +1,14 @@
 //! `[recording]` of a structure: the recorded markers that drive recorded supports and that fits observe.
 //!
-//! The table names a file, its format, and the points of observed markers; the markers of recorded supports are named
-//! by the supports. `StructureRecording::read` reads the positions of both as one [`Track`]: markers of supports first,
-//! then observed ones. A given track is used instead of the file. One that has not been examined gets its defects. Lost
-//! frames and exchanged labels are corrected as the settings request; missing frames and jumps are those of the markers
-//! that drive supports. `track` returns it, `marker` the index of a marker by name; both are errors before the
-//! recording is read. `check_end` and `check_step` reject a simulation beyond the end of the recording and steps that
-//! do not resolve its motion. `recording_warnings` and `step_warning` are those of its defects and of large steps. All
-//! four are those of `[supports.path]` of one rod, and apply only where supports follow the recording.
+//! The table names a file, its format, and the points of observed markers; recorded supports name the markers that they
+//! follow. `StructureRecording::read` reads the positions of both as one [`Track`]: markers of supports first, then
+//! observed ones. A given track is used instead of the file. One that has not been examined gets its defects, and lost
+//! frames and exchanged labels are corrected as the settings request. Missing frames and jumps are found in the markers
+//! that drive supports.
+//!
+//! `check_end` and `check_step` reject a simulation beyond the end of the recording and steps that do not resolve its
+//! motion. `recording_warnings` and `step_warning` are those of its defects and of large steps. All four have the
+//! limits of `[supports.path]` of one rod, and no effect unless a support follows the recording.
 
 use crate::code::Code;
 use crate::error::Error;
@@ -70,12 +71,12 @@ pub struct StructureRecording {
     pub track: Option<Arc<Track>>,
 }
 
-/// Whether any of the supports follows a marker.
+/// Whether any of the supports names a marker, which it follows.
 fn is_followed(supports: &[StructureSupport]) -> bool {
     supports.iter().any(|support| !support.markers.is_empty())
 }
 
-/// Whether any of the supports follows the marker of this name.
+/// Whether any of the supports follows the marker of this name; names are compared by `is_same_name`.
 fn is_driving(marker: &str, supports: &[StructureSupport]) -> bool {
     let mut names = supports.iter().flat_map(|support| &support.markers);
     names.any(|name| is_same_name(name, marker))
@@ -100,14 +101,14 @@ impl StructureRecording {
         }
     }
 
-    /// A recording that is given as a track instead of a file.
+    /// A recording that is given as a track instead of a file, without observed markers and corrections.
     pub fn of(track: Track) -> Self {
         Self { track: Some(track.into()), ..Self::new("") }
     }
 
-    /// Reads the markers of recorded `supports` and the observed ones from the file in `folder`, unless there is a
-    /// track. If the track has not been examined, its defects are found, and lost frames and exchanged labels corrected
-    /// as the settings request.
+    /// Reads the markers of recorded `supports` and the observed ones from the file, relative to `folder`, unless there
+    /// is a track. If the track has not been examined, its defects are found, and lost frames and exchanged labels
+    /// corrected as the settings request.
     ///
     /// # Errors
     /// A file that cannot be read, and markers that it does not have.
@@ -143,13 +144,13 @@ impl StructureRecording {
         Ok(())
     }
 
-    /// Examines a track that was given instead of a file, as [`read`](Self::read) does. Without a track nothing changes.
+    /// Examines a track that was given instead of a file, as [`read`](Self::read) does. No effect without a track.
     pub(crate) fn examine(&mut self, supports: &[StructureSupport]) -> Result<(), Error> {
         if self.track.is_some() { self.read(Path::new(""), supports) } else { Ok(()) }
     }
 
-    /// Known positions at all frames, m, of the markers that recorded `supports` follow. Empty before the recording is
-    /// read.
+    /// Positions, m, of the markers that recorded `supports` follow, marker by marker at all frames; missing ones are
+    /// left out. Empty before the recording is read.
     pub(crate) fn driving_positions(
         &self,
         supports: &[StructureSupport],
@@ -169,14 +170,16 @@ impl StructureRecording {
         self.as_supports(supports).map_or(Ok(()), |own| own.check_end(time))
     }
 
-    /// Rejects a time step, s, that does not resolve the motion of the markers which `supports` follow.
+    /// Rejects a time step, s, that does not resolve the motion of the markers that `supports` follow
+    /// (`MotionRate::check`). Accepted without such markers, before the recording is read, and for markers at rest.
     pub(crate) fn check_step(&self, supports: &[StructureSupport], step: f64) -> Result<(), Error> {
         self.rate(supports).map_or(Ok(()), |rate| rate.check(step))
     }
 
-    /// Warnings, with codes, of the defects of the recording, corrected or not, with the name of its file in front. Empty
-    /// before it is read, and where no support follows it. Glitches of observed markers are left out. So are labels that
-    /// were not exchanged: markers of several rods have no order along one, so that most of these are no defects.
+    /// Warnings, with codes, of the defects of the recording, corrected or not, with the name of its file in front.
+    /// Empty before it is read, and where no support follows it. Glitches of observed markers are left out. So are
+    /// labels that were not exchanged: markers of several rods have no order along one, so that most of these are no
+    /// defects.
     pub(crate) fn recording_warnings(&self, supports: &[StructureSupport]) -> Vec<(Code, String)> {
         let Some(track) = self.track.as_ref().filter(|_| is_followed(supports)) else {
             return Vec::new();
@@ -190,7 +193,8 @@ impl StructureRecording {
         Track::clone(track).with_faults(faults).warnings(&self.file)
     }
 
-    /// The warning, with its code, of a time step, s, that resolves the motion of the markers poorly.
+    /// The warning, with its code, of a time step, s, that resolves the motion of the markers that `supports` follow
+    /// poorly (`MotionRate::warning`). None for smaller steps, without such markers, and for markers at rest.
     pub(crate) fn step_warning(
         &self,
         supports: &[StructureSupport],
@@ -199,16 +203,16 @@ impl StructureRecording {
         self.rate(supports)?.warning(step)
     }
 
-    /// The recording as that of the supports of one rod, whose check applies. `None` before it is read, and where no
-    /// support follows it.
+    /// Supports of one rod whose path is this recording, for their checks. `None` before the recording is read, and
+    /// unless a support follows it.
     fn as_supports(&self, supports: &[StructureSupport]) -> Option<Supports> {
         let track = self.track.clone().filter(|_| is_followed(supports))?;
         let path = Recorded { track: Some(track), ..Recorded::new(&self.file) };
         Some(Supports { path: Some(path), ..Supports::default() })
     }
 
-    /// Rate of the motion of the markers that `supports` follow, by its bandwidth. `None` without a support that follows
-    /// them, before the examination, and at rest.
+    /// Rate of the motion of the markers that `supports` follow, by its bandwidth. `None` without a support that
+    /// follows them, before the examination, and at rest.
     fn rate(&self, supports: &[StructureSupport]) -> Option<MotionRate> {
         let bandwidth = self.track.as_ref().filter(|_| is_followed(supports))?.bandwidth()?;
         Some(MotionRate::from_bandwidth("recording.file".into(), "recorded motion", bandwidth))
@@ -221,7 +225,7 @@ impl StructureRecording {
         Recording { format, likelihood, axes, fps, scale, y, time_zero, ..Recording::default() }
     }
 
-    /// The track of the recording.
+    /// The track of the recording: the positions of its markers.
     ///
     /// # Errors
     /// A recording that has not been read.

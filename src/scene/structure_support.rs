@@ -2,8 +2,8 @@
 //!
 //! A [`StructureSupport`] names an end of a rod and its kind. A recorded one also names the two markers that it
 //! follows, the number of edges between them, and whether the end rotates freely about the rod. [`check_supports`]
-//! rejects recorded supports without a recording, without two markers, or with a number of edges between them that the
-//! rod does not have, and these keys of other supports.
+//! rejects recorded supports without a recording, without two markers, or with more edges between the markers than the
+//! rod has, less three. It rejects these keys of other supports. Whether the rods exist is checked elsewhere.
 
 use crate::error::{Error, ensure};
 use crate::scene::number::is_default;
@@ -71,8 +71,8 @@ pub struct SupportedEnd {
 }
 
 /// Rejects recorded supports without a recording or without two markers, and markers, edges and free twist of other
-/// supports. `segments` returns the number of edges of a rod by its name; all but three of them, and at least one, may
-/// be between the markers.
+/// supports; the first error is returned. `segments` returns the number of edges of a rod by its name, none for an
+/// unknown rod. From 1 to that number less three edges (1 for an unknown rod) may be between the markers.
 pub(super) fn check_supports(
     has_recording: bool,
     supports: &[StructureSupport],

@@ -1,8 +1,7 @@
 //! Kinds of supports of the ends of a rod ([`Support`]: free, pinned, roller, clamped, recorded), as in `[supports]`.
 //!
 //! [`Clamp`] has the positions of the wall of a clamp: the middle of the outermost edge, or the outermost node. [`End`]
-//! has the names of the two ends of a rod (at arc length zero, and at the largest). The enums have no functions; models
-//! and boundary motions decide which nodes an end holds.
+//! has the names of the two ends of a rod. Models and boundary motions decide which nodes an end holds.
 
 use serde::{Deserialize, Serialize};
 

@@ -1,13 +1,14 @@
 //! `[supports]`: supports of both ends of the rod, their compliance and their motion, with the validation of these
 //! keys.
 //!
-//! An end is free, pinned, on a roller, clamped or recorded. Methods of [`Supports`] return the kind of support of an
-//! end (`at`), the compliance of its clamp (rad/(N m), m/N; zero is rigid), the twists of recorded ends
-//! (`recorded_turns`, rad), and the end on a roller (`rolling`). `move_ends` returns whether there is any motion or
-//! recording, `cut_edges` whether half an edge beside a held end does not bend, and `turns_freely` whether an end
-//! rotates freely about the rod. `recording_warnings` are those of all recordings. `check` rejects two rollers, a
-//! compliance without a clamp, recorded ends without a recording, and motions that an end cannot have. `check_start`
-//! rejects an end that starts displaced, `check_end` a simulation beyond the end of a recording.
+//! An end is free, pinned, on a roller, clamped or recorded. A clamp has a compliance (rotation, rad/(N m), and axial,
+//! m/N); zero is rigid. An end moves by `supports.motion` (displacements, rotations, twists) or follows the recording
+//! `supports.path`.
+//!
+//! `check` rejects two rollers, a compliance without a clamp, recorded ends without a recording, and motions that an
+//! end cannot have. `check_start` rejects an end that starts displaced, `check_end` a simulation beyond the end of a
+//! recording. `cut_edges` is true if half an edge beside a held end does not bend, `turns_freely` if an end rotates
+//! freely about the rod.
 
 use crate::code::Code;
 use crate::error::Error;
@@ -82,8 +83,8 @@ impl<D: Default> Default for Supports<D> {
     }
 }
 
-/// Quantity of the compliance of a clamp in `unit`, zero or positive. A search covers `low` to `high` with one value
-/// per decade.
+/// Quantity of the compliance of a clamp in `unit`, zero or positive. A search covers `low` to `high`, in `unit`, with
+/// one value per decade.
 const fn compliance(unit: &'static str, low: f64, high: f64) -> Quantity {
     Quantity::positive(unit).searched(Candidates::Decades(low, high, 1.0)).vanishing()
 }
@@ -102,7 +103,8 @@ table! {
 }
 
 impl<D> Supports<D> {
-    /// Whether there is an entry of `supports.motion`, also of size zero, or a recording `supports.path`.
+    /// Whether the ends or nodes have a prescribed motion: there is an entry of `supports.motion`, also of size zero,
+    /// or a recording `supports.path`.
     pub(crate) fn move_ends(&self) -> bool {
         !self.motion.is_empty() || self.path.is_some()
     }
@@ -118,20 +120,20 @@ impl<D> Supports<D> {
         })
     }
 
-    /// The recorded ends with the twist about the rod, rad, that a motion adds: one pair for each motion of such an
-    /// end.
+    /// Each motion of a recorded end in the order of `supports.motion`: the end, and the constant twist about the rod,
+    /// rad, that the motion adds.
     pub(crate) fn recorded_turns(&self) -> impl Iterator<Item = (End, &D)> {
         let turns = self.motion.iter().filter(|motion| self.at(motion.end) == Support::Recorded);
         turns.map(|motion| (motion.end, &motion.twist))
     }
 
-    /// Whether an end is listed in `supports.path.free_twist`, so that it rotates freely about the rod. False without a
-    /// recording.
+    /// Whether the end is listed in `supports.path.free_twist`, so that it rotates freely about the rod. False without
+    /// `supports.path`.
     pub(crate) fn turns_freely(&self, end: End) -> bool {
         self.path.as_ref().is_some_and(|path| path.free_twist.contains(&end))
     }
 
-    /// Compliance (rotation, axial) of the clamp of an end; zero is rigid.
+    /// Compliance of the clamp of an end: rotation, rad/(N m), and axial, m/N; zero is rigid.
     pub fn compliance(&self, end: End) -> &Compliance<D> {
         match end {
             End::Start => &self.start_compliance,
@@ -154,8 +156,8 @@ impl Supports {
         [End::Start, End::End].into_iter().find(|end| self.at(*end) == Support::Roller)
     }
 
-    /// Rejects a motion, also of size zero, without ramp, frequency and recording, of an end that is not recorded. It
-    /// displaces the end from the beginning, and only an equilibrium can start so.
+    /// Rejects the first motion of an end that is not recorded, also of size zero, without ramp, frequency and
+    /// recording. It displaces the end from the beginning, which only an initial equilibrium allows.
     pub(crate) fn check_start(&self) -> Result<(), Error> {
         // A recorded end begins where the recording does.
         let away = |motion: &Motion| motion.is_offset() && self.at(motion.end) != Support::Recorded;
@@ -170,7 +172,7 @@ impl Supports {
     }
 
     /// Files and tracks of all recordings that move the supports and have been read: `supports.path` first, then those
-    /// of motions.
+    /// of motions in order.
     fn recordings(&self) -> impl Iterator<Item = (&Path, &Track)> {
         let path = self.path.iter().map(|path| (&*path.file, &path.track));
         let walls = self.motion.iter().map(|motion| (&*motion.file, &motion.track));
@@ -183,9 +185,9 @@ impl Supports {
         self.recordings().flat_map(|(file, track)| track.warnings(file)).collect()
     }
 
-    /// Rejects a simulation that ends more than a step after the end of a recording, whose motion would be
-    /// extrapolated. If the step is left to the program, it is the median interval of the frames. A missing end is
-    /// accepted.
+    /// Rejects a simulation that ends more than a step after the end of any recording that has been read, where its
+    /// motion would be extrapolated. If the step is left to the program, it is the median interval of the frames. A
+    /// missing end is accepted.
     pub(super) fn check_end(&self, time: &Time) -> Result<(), Error> {
         for (file, track) in self.recordings() {
             let last = track.end();
@@ -205,9 +207,9 @@ impl Supports {
     }
 
     /// Rejects invalid numbers, two rollers, a roller direction of no length or without a roller, and a compliance
-    /// without a clamp. Rejects recorded ends without a recording, and the reverse. Motions that their ends cannot have
-    /// are errors. So are all motions of an end with free twist, and of a recorded end with fewer than two held
-    /// markers.
+    /// without a clamp. Rejects recorded ends without a recording, and a recording that neither an end nor an inner
+    /// marker uses. Motions that their ends cannot have are errors. So are all motions of an end with free twist, and
+    /// of a recorded end with fewer than two held markers.
     pub(crate) fn check(&self) -> Result<(), Error> {
         // Two rollers do not determine the position along their lines.
         if (self.start, self.end) == (Support::Roller, Support::Roller) {

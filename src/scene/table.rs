@@ -1,24 +1,26 @@
 //! Declaration of the tables of a scene file by `table!`: fields, serialization, physical numbers and their
 //! validation.
 //!
-//! `table!` declares a struct, or an enum with a variant for each `kind`, over a number type `D`. A field
-//! `pub name: Type = kind` holds physical numbers: `kind` is the [`Quantity`] of numbers, vectors and lists of them,
-//! or [`TABLE`] for tables. Fields without a kind are copied from one number type to another. Entries of a list of
-//! `pub struct Name by field` have the value of that field as their key, others their index. The trait [`NumberTree`]
-//! visits all numbers with their paths, for parameters, validation and scenes over dual numbers.
+//! `table!` declares a struct, or an enum with a variant for each `kind`, over a number type `D`. A field `pub name:
+//! Type = kind` holds physical numbers: `kind` is the [`Quantity`] of numbers, vectors and lists of them, or [`TABLE`]
+//! for tables. Fields without a kind are copied from one number type to another. With `=> "key"` the path has another
+//! key than the name of the field. Entries of a list of `pub struct Name by field` have the value of that field as
+//! their key, others their index. The trait [`NumberTree`] visits all numbers with their paths, for parameters,
+//! validation and scenes over dual numbers.
 
 use crate::error::Error;
 use crate::scene::number::{NumberVisitor, Quantity};
 
 /// Part of a scene that holds physical numbers: a number, a vector, a list or a table.
 pub(crate) trait NumberTree {
-    /// Description that the declaration of a field adds to its key.
+    /// Description of the numbers besides their key, as the declaration of a field gives it: a quantity, or that of a
+    /// table.
     type Kind: Copy;
     /// The same part over the number type `D`.
     type Over<D>;
 
-    /// The part over the number type `D`: every number converted by the visitor, with its path below `key` and its
-    /// quantity. `kind` is the quantity of numbers, or [`TABLE`].
+    /// The part over the number type `D`: the visitor converts every number, at its path below `key` and with its
+    /// quantity. `kind` is the quantity of numbers, or [`TABLE`]. Everything else is copied.
     fn map_numbers<D: From<f64>>(
         &self,
         key: &str,
@@ -30,7 +32,7 @@ pub(crate) trait NumberTree {
     /// part, for the error.
     fn check_numbers(&self, key: &str, kind: Self::Kind) -> Result<(), Error>;
 
-    /// Key of the part as entry `index` of a list: the index, unless the part has a name.
+    /// Key of the part as the entry `index` of a list: the index as text, or its name if it has one.
     fn entry_key(&self, index: usize) -> String {
         index.to_string()
     }
@@ -47,7 +49,7 @@ impl NumberTree for f64 {
     type Kind = Quantity;
     type Over<D> = D;
 
-    /// The number converted by the visitor under the path `key` of the present table.
+    /// The number converted by the visitor, at the key `key` of the present table.
     fn map_numbers<D: From<f64>>(
         &self,
         key: &str,
@@ -57,7 +59,8 @@ impl NumberTree for f64 {
         visitor.number(key, *self, quantity)
     }
 
-    /// Rejects a number that is not finite or has a sign that its quantity does not allow.
+    /// Rejects a number that is not finite or has a sign that its quantity does not allow. `key` is its path, for the
+    /// error.
     fn check_numbers(&self, key: &str, quantity: Quantity) -> Result<(), Error> {
         quantity.check(key, *self)
     }
@@ -68,8 +71,8 @@ impl<const N: usize> NumberTree for [f64; N] {
     type Kind = Quantity;
     type Over<D> = [D; N];
 
-    /// The three components converted by the visitor under `key.x`, `key.y`, `key.z`, or the two of a pair under
-    /// `key.d1`, `key.d2`.
+    /// The components converted by the visitor at the paths `key.x`, `key.y`, `key.z` of three, and `key.d1`, `key.d2`
+    /// of two. It panics for more than three.
     fn map_numbers<D: From<f64>>(
         &self,
         key: &str,
@@ -84,7 +87,7 @@ impl<const N: usize> NumberTree for [f64; N] {
         vector
     }
 
-    /// Rejects components that are not finite, of either sign.
+    /// Rejects the array if a component is not finite; the sign is not checked. `key` is its path, for the error.
     fn check_numbers(&self, key: &str, _: Quantity) -> Result<(), Error> {
         match self.iter().all(|component| component.is_finite()) {
             true => Ok(()),
@@ -97,8 +100,7 @@ impl<T: NumberTree> NumberTree for Option<T> {
     type Kind = T::Kind;
     type Over<D> = Option<T::Over<D>>;
 
-    /// The part over `D`, if there is one, with every number converted by the visitor below the path `key`; none
-    /// without a part.
+    /// The part over `D`, with every number converted by the visitor below the path `key`; none without a part.
     fn map_numbers<D: From<f64>>(
         &self,
         key: &str,
@@ -118,7 +120,7 @@ impl<T: NumberTree> NumberTree for Box<T> {
     type Kind = T::Kind;
     type Over<D> = Box<T::Over<D>>;
 
-    /// The part in the box with every number converted by the visitor below the path `key`.
+    /// The part in the box over `D`, with every number converted by the visitor below the path `key`.
     fn map_numbers<D: From<f64>>(
         &self,
         key: &str,

@@ -1,11 +1,10 @@
 //! `[rod.taper]`: factors along the rod on the numbers of section and material, for sections and materials that vary.
 //!
 //! Each factor is one number, a list with one number for each of equally many equal parts of the length, linear, or
-//! linear between break points. `Taper::at` returns section and material at a place, a fraction of the rod length;
-//! constants without a factor are unchanged. `Taper::breaks` returns the boundaries of lists, the break points and both
-//! ends, ascending, as fractions of the length. `Taper::check` rejects factors of numbers that the section or material
-//! does not have, factors of 0 or below, and invalid tapered sections. `Taper::is_none` returns whether there is no
-//! factor.
+//! linear between break points. A number of section or material at a place, a fraction of the rod length, is its value
+//! in the scene times its factor there (`Taper::at`). Numbers without a factor are unchanged. `Taper::breaks` are the
+//! boundaries of lists, the break points and both ends, ascending, as fractions of the length. `Taper::check` rejects
+//! factors of numbers that the section or material does not have, factors of 0 or below, and invalid tapered sections.
 
 use crate::error::Error;
 use crate::numerics::scalar::Scalar;
@@ -47,8 +46,8 @@ macro_rules! factors {
         }
 
         impl<D: Clone> Taper<D> {
-            /// A taper with the same factor on every number of section and material, of all kinds of sections, for a
-            /// list of all parameters.
+            /// A taper with the same factor on every number of section and material, of all kinds of sections, for the
+            /// catalog of parameters.
             pub(super) fn uniform(factor: &Along<D>) -> Self {
                 Self { $($key: Some(factor.clone()),)* }
             }
@@ -61,7 +60,7 @@ macro_rules! factors {
                 all.into_iter().filter_map(|(key, factor)| Some((key, factor?)))
             }
 
-            /// The factors that are given.
+            /// The factors that are given, in the order of their declaration.
             pub(super) fn factors_mut(&mut self) -> impl Iterator<Item = &mut Along<D>> {
                 [$(self.$key.as_mut(),)*].into_iter().flatten()
             }
@@ -100,8 +99,8 @@ impl<D> Taper<D> {
         self.factors().next().is_none()
     }
 
-    /// Places at which factors may jump or change their slope, and both ends 0 and 1, ascending, as fractions of the
-    /// rod length. Places within [`SAME_BREAK`] are one.
+    /// Places at which any factor may jump or change its slope, and both ends 0 and 1, ascending, as fractions of the
+    /// rod length. Of places within [`SAME_BREAK`] of each other only the first remains.
     pub(crate) fn breaks(&self) -> Vec<f64> {
         let mut breaks = vec![0.0, 1.0];
         breaks.extend(self.factors().flat_map(|(_, factor)| factor.breaks()));
@@ -159,8 +158,8 @@ impl<D: Scalar> Taper<D> {
 }
 
 impl Taper {
-    /// Rejects factors on numbers that section and material do not have, and factors of 0 or below. Tapered sections
-    /// that are invalid next to the ends of a piece are rejected too, such as a wall thicker than the radius.
+    /// Rejects factors on numbers that section and material do not have, and factors of 0 or below. Next to both ends
+    /// of each piece between breaks, the tapered section must be valid: a wall must not be thicker than the radius.
     pub(super) fn check(&self, section: &Section, material: &Material) -> Result<(), Error> {
         let mut keys = match section {
             Section::Circle { .. } => vec!["radius"],

@@ -1,13 +1,13 @@
 //! `[time]`: duration, time step and integration scheme, with the validation of these keys.
 //!
 //! A file may leave out the end (that of the recording), the step, or step and scheme (chosen by the program). Beside a
-//! step, or a number of the scheme, the default is Newmark-beta; `rho_inf` selects generalised-alpha. Numbers of a
-//! scheme (`beta`, `rho_inf`, `tolerance`) are accepted with the schemes that have them only. `check` rejects an end or step that is not positive and finite, a
-//! missing end without a recording, numbers out of range, and more than `MOST_STEPS` steps. [`Time`] also returns the
-//! number of its scheme (`parameter`) and the step size (`step_size`, s; the duration if no step is chosen yet).
-//! `is_beyond_end` returns whether a given step is longer than the duration. `new` has Newmark-beta, `lasting` leaves
-//! step and scheme to the program. `steps` is the number of steps, of which the last may be shorter, and `at` the time
-//! after `k` of them, s.
+//! step, or a number of the scheme, the default is Newmark-beta; `rho_inf` alone selects generalised-alpha. Numbers of
+//! a scheme (`beta`, `rho_inf`, `tolerance`) are accepted only with the schemes that have them. `check` rejects an end
+//! or step that is not positive and finite, a missing end without a recording, numbers out of range, and more than
+//! `MOST_STEPS` steps.
+//!
+//! The steps of a [`Time`] have equal length, except that the last one may be shorter; its end is the duration. A step
+//! that is not chosen yet counts as the duration.
 
 use crate::error::Error;
 use crate::scene::number::{Candidates, Quantity, SceneNumber};
@@ -32,7 +32,7 @@ pub struct Time<D = f64> {
     pub step: Option<f64>,
     /// The time integrator.
     pub scheme: Scheme,
-    /// Whether the program chooses the scheme, with the step.
+    /// Whether the program chooses the scheme, together with the step; `scheme` has no effect then.
     pub scheme_left_open: bool,
     /// Parameter of Newmark-beta, 0.5 to 1; 1 is implicit Euler.
     pub beta: D,
@@ -78,9 +78,9 @@ struct TimeForm<D> {
 impl<D: From<f64>> TryFrom<TimeForm<D>> for Time<D> {
     type Error = &'static str;
 
-    /// The times of a form in a file, with defaults: Newmark-beta (generalised-alpha with `rho_inf`), beta 0.5, `rho_inf`
-    /// 0.5, tolerance 3e-14. The scheme is left open if neither step nor scheme nor its numbers are given. An error for
-    /// an infinite step or end, and for numbers of another scheme.
+    /// The times of a form in a file, with defaults: Newmark-beta (generalised-alpha with `rho_inf` alone), beta 0.5,
+    /// `rho_inf` 0.5, tolerance 3e-14. The scheme is left open if neither step nor scheme nor a number of one is given.
+    /// A missing end is infinite. An error for an infinite step or end, and for numbers of another scheme.
     fn try_from(form: TimeForm<D>) -> Result<Self, Self::Error> {
         let TimeForm { end, step, scheme, beta, rho_inf, tolerance } = form;
         // Infinity is the internal mark of a missing number, and must not be in a file.
@@ -123,8 +123,8 @@ impl<D: From<f64>> TryFrom<TimeForm<D>> for Time<D> {
 }
 
 impl<D> From<Time<D>> for TimeForm<D> {
-    /// The form in a file. A missing end is left out; with an open scheme, step, scheme and its numbers are left out
-    /// too. Numbers of other schemes, and the default tolerance, are always left out.
+    /// The form in a file. An end that is missing (infinite) is left out. With an open scheme, step, scheme and its
+    /// numbers are left out too. Numbers of other schemes, and the default tolerance, are always left out.
     fn from(time: Time<D>) -> Self {
         let Time { end, step, scheme, scheme_left_open, beta, rho_inf, tolerance } = time;
         let parameter = scheme.traits().parameter;
@@ -148,8 +148,8 @@ impl Time {
 }
 
 impl<D: Copy> Time<D> {
-    /// Number of the scheme: `rho_inf` of generalised-alpha, `beta` of all others, which is unused except by
-    /// Newmark-beta.
+    /// Parameter of the scheme: `rho_inf` of generalised-alpha, and `beta` of all others, of which only Newmark-beta
+    /// uses it.
     pub fn parameter(&self) -> D {
         match self.scheme.traits().parameter {
             Some(SchemeParameter::RhoInf) => self.rho_inf,
@@ -209,13 +209,13 @@ impl Time {
         self.step.unwrap_or(self.end)
     }
 
-    /// Number of steps to the end, at least one; the last may be shorter.
+    /// Number of steps to the end, rounded up except for rounding errors, at least one; the last step may be shorter.
     pub fn steps(&self) -> usize {
         // A duration of whole steps must not get one more by rounding.
         ((self.end / self.step_size() - ROUNDING).ceil() as usize).max(1)
     }
 
-    /// Time after `k` steps, s; the end after all of them or more.
+    /// Time after `k` steps, s: `k` times the step, and the end after all steps or more.
     pub fn at(&self, k: usize) -> f64 {
         if k >= self.steps() { self.end } else { k as f64 * self.step_size() }
     }

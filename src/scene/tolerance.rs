@@ -1,17 +1,17 @@
 //! `time.tolerance`: largest Newton error of the solution of a time step, a fraction of the rod length or
 //! `"rounding"`.
 //!
-//! [`StepTolerance`] is read from and written to files as a number or that word; the default is 3e-14. `check` rejects
-//! fractions outside (0, 1e-6], which are accepted when they are read. `part` returns the fraction, or 0 for
-//! `"rounding"`. Newmark-beta and generalized-alpha use it; the average vector field always solves to rounding.
+//! [`StepTolerance`] is read from and written to files as a number or that word; the default is 3e-14. Reading accepts
+//! every number; `check` rejects fractions outside (0, 1e-6]. `part` is the fraction, or 0 for `"rounding"`.
+//! Newmark-beta and generalised-alpha use it; the average vector field always solves to rounding.
 
 use crate::error::Error;
 use serde::de::{self, Visitor};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::fmt;
 
-/// Largest Newton error of a step: a fraction of the rod length, or `"rounding"`. The average vector field always solves
-/// to rounding, since it is chosen for its conservation of energy.
+/// Largest Newton error of a step: a fraction of the rod length, or `"rounding"`. The average vector field always
+/// solves to rounding, since it is chosen for its conservation of energy.
 ///
 /// The error is predicted from the decrease of Newton's corrections. With the default, `3e-14`, trajectories
 /// stay within `1e-10` of the rod's length a second of those solved to rounding

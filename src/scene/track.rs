@@ -1,25 +1,18 @@
 //! Recorded markers: their positions at the frames of a recording, and the cubic Hermite interpolant through them.
 //!
 //! [`Track`] reads a CSV file or a file of a motion-capture or video-tracking program (crate `marker-files`), and
-//! selects markers by name; positions are in m, times in s. The clock of a file must start at 0, after frames before
-//! a given start time are left out; the times of [`Track::new`] are taken as they are. Markers with fewer than two
-//! positions are errors. [`Marker::at`] is the position at any time, also with derivatives by the time. Velocities at
-//! the known positions are central differences, one-sided at both ends, or those of the integration for a track from
-//! accelerations. Before the first and after the last position the motion continues with constant velocity. Building
-//! a problem examines a track: it then has the defects of the recording, and the bandwidth, Hz, of the markers that
-//! drive a support (none if they move less than the noise).
+//! selects markers by name; positions are in m, times in s. The clock of a file must start at 0 within
+//! `CLOCK_TOLERANCE`, after frames before a given start time are left out; the times of [`Track::new`] are taken as
+//! they are. Markers with fewer than two positions are errors.
 //!
-//! `read` and `read_as` (given markers, units and start time) read files; `from_integrated` has the velocities of an
-//! integration. `window` is a range of frames with times from 0. `with_faults`, `with_first_fault` and
-//! `with_motion_defects` (missing frames and jumps of driving markers, and their bandwidth) return the recording with
-//! defects; `faults`, `is_examined` and `warnings` describe these. `end` is the time of the last frame and `usual_step`
-//! the median interval, s.
+//! [`Marker::at`] is the position at any time, also with derivatives with respect to time. Velocities at the known
+//! positions are the slopes of parabolas through three neighbors, those of the outermost interval at both ends, or
+//! those of the integration for a track from accelerations. Before the first and after the last position the motion
+//! continues with constant velocity.
 //!
-//! `median_step`, `check_clock` (rejects a first time other than 0), `known_positions` and `with_velocities`
-//! are parts for other modules.
-//!
-//! `TimedPosition` is a position at a time, `PathPoint` has also the velocity. `CLOCK_TOLERANCE` is the largest first
-//! time that counts as 0, and `TIME_ZERO_REMEDY` the remedy in messages.
+//! Building a problem examines a track: it then has the defects of the recording ([`Fault`]), and the bandwidth, Hz, of
+//! the markers that drive a support (none if they move less than the noise). Before that it has neither. Defects become
+//! warnings.
 
 use crate::code::Code;
 use crate::error::Error;
@@ -34,15 +27,15 @@ use std::path::Path;
 
 /// Positions of markers at increasing times.
 ///
-/// Between two times the motion is the cubic with the velocities of central differences, one-sided at the ends. Gaps are
-/// interpolated in the same way.
+/// Between two times the motion is the cubic with the velocities of central differences, one-sided at the ends. Gaps
+/// are interpolated in the same way.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Track {
     times: Vec<f64>,
     markers: Vec<Marker>,
     /// Whether it was integrated from accelerations, and may drift.
     is_integrated: bool,
-    /// Defects that were found while reading.
+    /// Defects that were found while reading, with which the examination begins.
     read_faults: Vec<Fault>,
     /// Defects, once the recording was examined.
     faults: Option<Vec<Fault>>,
@@ -188,20 +181,21 @@ impl Track {
         })
     }
 
-    /// The recording with these defects in place of earlier ones, marked as examined.
+    /// The recording with these defects in place of those of an earlier examination, marked as examined.
     pub(super) fn with_faults(self, faults: Vec<Fault>) -> Self {
         Self { faults: Some(faults), ..self }
     }
 
-    /// The recording with a defect, found while reading, added to those that its examination will begin with.
+    /// The recording with one more defect that was found while reading. The examination begins with these defects.
     pub(super) fn with_first_fault(mut self, fault: Fault) -> Self {
         self.read_faults.push(fault);
         self
     }
 
     /// The recording marked as examined, with the bandwidth of the markers `driven` (indices), which drive a support.
-    /// To its earlier defects their missing frames and jumps are added. Jumps within two frame intervals of lost
-    /// frames, and those of a marker with glitches, are left out. Integrated motions are detrended for both.
+    /// Its defects are those of an earlier examination, those found while reading, then missing frames and jumps of
+    /// these markers. Jumps within two frame intervals of lost frames, and those of a marker with glitches, are left
+    /// out. Integrated motions are detrended for both.
     pub(super) fn with_motion_defects(self, driven: &[usize]) -> Self {
         // The drift of an integrated motion is no motion of the marker.
         let detrended = self.is_integrated.then(|| self.detrended());
@@ -214,7 +208,8 @@ impl Track {
         Self { faults: Some(faults), bandwidth, ..self }
     }
 
-    /// The frames of a range as a recording whose times start at 0, without defects, marked as examined.
+    /// The frames with the indices of a range as a recording of the same markers whose times start at 0, without
+    /// defects, marked as examined. It panics for a range beyond the frames.
     ///
     /// # Errors
     /// Those of [`new`](Self::new).
@@ -236,7 +231,8 @@ impl Track {
         self.faults.as_deref().unwrap_or_default()
     }
 
-    /// Warnings, with codes, one of each defect; the texts begin with the path of the `file`, unless that is empty.
+    /// Warnings, with codes, one for each defect in order; the texts begin with the path of the `file`, unless that is
+    /// empty.
     pub(super) fn warnings(&self, file: &Path) -> Vec<(Code, String)> {
         let name = file.display().to_string();
         let place = if name.is_empty() { String::new() } else { format!("{name}: ") };
@@ -271,8 +267,9 @@ impl Track {
 }
 
 impl Marker {
-    /// Position at a time, m: the cubic Hermite interpolant of the known positions and velocities. Before the first
-    /// known position and after the last the motion continues with constant velocity. It has derivatives by `time`.
+    /// Position at a time, m: the cubic Hermite interpolant of the known positions and velocities, also over missing
+    /// frames. Before the first known position and after the last the motion continues with constant velocity. It has
+    /// derivatives with respect to `time`.
     pub fn at<D: Scalar>(&self, time: D) -> Vector<D> {
         let next = self.path.partition_point(|point| point.time <= time.value());
         // Outside of the frames the velocity at the end continues.
@@ -312,8 +309,9 @@ pub(super) fn known_positions(times: &[f64], seen: &[Option<[f64; 3]>]) -> Vec<T
     frames.filter_map(|(t, x)| Some(TimedPosition { time: *t, position: (*x)? })).collect()
 }
 
-/// The positions with velocities, m/s. At inner points these are the slopes of the parabola through three neighbors, at
-/// the ends those of the outermost interval. It panics for fewer than two positions.
+/// The positions with velocities, m/s, in the order of increasing times. At inner points these are the slopes of the
+/// parabola through the point and its neighbors, at the ends those of the outermost interval. It panics for fewer than
+/// two positions.
 pub(super) fn with_velocities(known: &[TimedPosition]) -> Vec<PathPoint> {
     let slope = |i: usize| {
         let (a, b) = (known[i], known[i + 1]);

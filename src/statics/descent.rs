@@ -22,8 +22,8 @@
 //!
 //! Input: a rod, or the assembly of a structure, with boundary conditions ([`DescentSettings`]), initial unknowns and
 //! frames. Output: [`EquilibriumState`], with unknowns (m, rad), frames, number of Newton iterations and largest
-//! unbalanced force (N), or an error after [`STEPS`] steps, failed ones included. Whether the equilibrium is stable is
-//! not examined.
+//! unbalanced force (N), or an error after [`STEPS`] steps, failed ones included. The equilibrium may be unstable: its
+//! stability is not examined.
 
 use crate::energy::Derivatives;
 use crate::error::Error;
@@ -90,8 +90,8 @@ pub(crate) struct DescentSettings {
     pub length: f64,
     /// Stiffnesses that count as zero, N/m (N m for angles).
     pub negligible: Vec<f64>,
-    /// Stiffnesses of springs between the unknowns and their initial values, N/m (N m for angles); empty without springs.
-    /// Weak springs hold motions without resistance, such as the spin of a straight round rod.
+    /// Stiffnesses of springs between the unknowns and their initial values, N/m (N m for angles); empty without
+    /// springs. Weak springs hold motions without resistance, such as the spin of a straight round rod.
     pub springs: Vec<f64>,
     /// Edge coordinates, for long rods.
     pub edges: Option<EdgeCoordinates>,
@@ -103,7 +103,7 @@ pub(crate) struct DescentSettings {
 pub(crate) struct Descent<'a, R: Rod<f64>> {
     rod: &'a R,
     settings: DescentSettings,
-    /// Diagonal of the metric `M`: masses, or the metric of the edges.
+    /// Diagonal of the metric `M`, kg (kg m^2 for angles): masses, or the metric of edge coordinates.
     metric: Vec<f64>,
     /// Current unknowns, m (rad for angles).
     q: Vec<f64>,
@@ -111,9 +111,9 @@ pub(crate) struct Descent<'a, R: Rod<f64>> {
     step_start: Vec<f64>,
     /// State at the start of the descent, where springs are stress-free.
     initial: Vec<f64>,
-    /// Gradient at the current state, N.
+    /// Gradient of the energy at the current state, N (N m for angles).
     gradient: Vec<f64>,
-    /// Tangent there, N/m.
+    /// Tangent at the current state, N/m (N m for angles), without springs.
     tangent: R::Tangent,
     /// Factors of the matrix of the last iteration.
     factors: FactorsOf<R, f64>,
@@ -136,8 +136,9 @@ enum DescentStep {
 }
 
 impl<'a, R: Rod<f64>> Descent<'a, R> {
-    /// A descent of `rod` from the unknowns `q`, where springs are stress-free. The metric is the masses, or with edge
-    /// coordinates in `settings` their [weights](EdgeCoordinates::metric). Nothing is evaluated yet.
+    /// A descent of `rod` from the unknowns `q`, m (rad for angles), where springs are stress-free. The metric is the
+    /// masses, or with edge coordinates in `settings` their [weights](EdgeCoordinates::metric). Nothing is evaluated
+    /// yet.
     pub fn new(rod: &'a R, settings: DescentSettings, q: Vec<f64>) -> Self {
         let (n, tangent) = (q.len(), rod.zero_tangent());
         Self {
@@ -158,10 +159,10 @@ impl<'a, R: Rod<f64>> Descent<'a, R> {
         }
     }
 
-    /// Overwrites gradient and tangent with those at the current state. The gradient includes the springs to the
-    /// initial state; their stiffness is added to the tangent when it is factored. Prescribed unknowns get a zero
-    /// gradient and are decoupled in the tangent. In edge coordinates the tangent is by edge vectors, the gradient by
-    /// nodes.
+    /// Overwrites gradient and tangent with the derivatives of the energy at the current state, whose angles are
+    /// measured from `frames`. The gradient includes the springs to the initial state; their stiffness is added to the
+    /// tangent when it is factored. Prescribed unknowns get a zero gradient and are decoupled in the tangent. In edge
+    /// coordinates the tangent is with respect to edge vectors, the gradient with respect to nodes.
     fn assemble(&mut self, frames: &R::Frames) {
         let (q, settings, tangent) = (&self.q, &self.settings, &mut self.tangent);
         let derivatives = settings.derivatives;
@@ -179,8 +180,8 @@ impl<'a, R: Rod<f64>> Descent<'a, R> {
         settings.prescribed.uncouple(&mut self.tangent);
     }
 
-    /// The largest absolute unbalanced force on a free unknown, N (N m for angles), of the last assembled gradient;
-    /// NaN if one is.
+    /// The largest absolute unbalanced force on a free unknown, N (N m for angles), of the last assembled gradient; NaN
+    /// if any of them is NaN.
     fn residual(&self) -> f64 {
         self.free()
             .map(|i| self.gradient[i].abs())
@@ -289,8 +290,8 @@ impl<'a, R: Rod<f64>> Descent<'a, R> {
             let factored = self.factors.factor_sum(added, weight, &self.tangent, 1.0, free).is_ok();
             // Where the tangent is not positive definite, the step would increase the energy.
             let downhill = factored && self.is_minimum(lambda);
-            // Along motions without resistance, corrections are quotients of rounding errors and do not converge. Forces
-            // below rounding errors are an equilibrium.
+            // Along motions without resistance, corrections are quotients of rounding errors and do not converge.
+            // Forces below rounding errors are an equilibrium.
             let check_forces = iteration == if downhill { PATIENCE } else { 0 };
             if check_forces && lambda == 0.0 && edges.is_none() && self.is_balanced() {
                 return DescentStep::Stationary;
@@ -346,9 +347,9 @@ impl<'a, R: Rod<f64>> Descent<'a, R> {
     }
 
     /// Displaces the free unknowns of the current state along the softest motion of the last factored matrix. It is
-    /// found by two inverse iterations from a fixed vector without symmetry. The largest displacement is
-    /// [`SADDLE_DISPLACEMENT`] of the rod's length; angles count with that length as the lever. Nothing moves if the
-    /// motion is not finite.
+    /// found by two inverse iterations from a fixed vector without symmetry. The motion is scaled so that the largest
+    /// displacement, or angle times the rod's length, is [`SADDLE_DISPLACEMENT`] of that length. Nothing moves if the
+    /// scale is not finite.
     fn leave_saddle(&mut self) {
         // Fractional parts of multiples of the golden ratio: a start vector without any symmetry.
         for (i, x) in self.correction.iter_mut().enumerate() {
@@ -371,17 +372,17 @@ impl<'a, R: Rod<f64>> Descent<'a, R> {
         }
     }
 
-    /// Whether the forces on all free unknowns are at most their rounding level: [`ROUNDING`] times `eps` times `(|K|
-    /// |q|)_i`, with the tangent assembled last. Overwrites `correction`.
+    /// Whether the force on every free unknown is at most its rounding level: [`ROUNDING`] times `eps` times `(|K|
+    /// |q|)_i`, with gradient and tangent assembled last. Overwrites `correction`.
     fn is_balanced(&mut self) -> bool {
         self.tangent.absolute_product(&self.q, &mut self.correction);
         let level = |i: usize| ROUNDING * f64::EPSILON * self.correction[i];
         self.free().all(|i| self.gradient[i].abs() <= level(i))
     }
 
-    /// Whether the factored matrix has no negative pivots, and so is positive definite. If it has some, a second matrix
-    /// is factored for this test: `K + lambda M` plus the negligible stiffness, without the springs. Its definiteness
-    /// is the result.
+    /// Whether `K + lambda M` (and springs), as factored last, has no negative pivots, and so is positive definite. If
+    /// it has some, `K + lambda M` plus the negligible stiffnesses, without the springs, is factored for this test: the
+    /// result is whether that one is positive definite.
     fn is_minimum(&mut self, lambda: f64) -> bool {
         if self.factors.negative_pivots() == 0 {
             return true;

@@ -11,9 +11,9 @@
 //!
 //! [`EdgeCoordinates`] converts lists of all unknowns, in place: forces on nodes (N) to those on edges (`edge_forces`,
 //! `T' f`), changes of edges (m) to those of nodes (`node_changes`, `T e`). `metric` returns the weights (kg) that
-//! replace the masses, `change` the difference of an edge vector between two states. [`EdgeCoordinates::new`] returns
-//! them above [`MANY_NODES`] nodes, for a rod without held nodes beside those at its start.
-//! `Discretized::edge_coordinates` excludes rods with user-defined energies or loads without a potential.
+//! replace the masses, `change` the difference of an edge vector between two states. They exist only for a rod with
+//! more than [`MANY_NODES`] nodes whose only held unknowns are at its start (`new`), without user-defined energies or
+//! loads without a potential (`Discretized::edge_coordinates`).
 
 use crate::numerics::scalar::Scalar;
 use crate::rod::Rod;
@@ -30,17 +30,17 @@ pub(crate) struct EdgeCoordinates {
 }
 
 impl EdgeCoordinates {
-    /// The edge coordinates of a rod with `stride` unknowns per node, of whose `unknowns` those in the range `free`
-    /// move. `None` unless the position of the first node is held, the last unknown is free, and there are more than
-    /// [`MANY_NODES`] nodes.
+    /// Edge coordinates of a rod with `stride` unknowns per node and `unknowns` in all, of which those in the range
+    /// `free` move. `None` unless the position of the first node is held, the last unknown is free, and there are more
+    /// than [`MANY_NODES`] nodes.
     pub fn new(stride: usize, free: &Range<usize>, unknowns: usize) -> Option<Self> {
         let hangs = free.start >= stride.min(3) && free.end == unknowns;
         (hangs && unknowns > MANY_NODES * stride).then_some(Self { stride })
     }
 
     /// Weights of squared changes of the unknowns, one per unknown, in place of the masses of node coordinates, kg (kg
-    /// m^2 for angles). An edge vector has the sum of all node masses times the number of nodes; an angle keeps its
-    /// inertia.
+    /// m^2 for angles). Each component of an edge vector has the sum of all node masses times the number of nodes; an
+    /// angle keeps its inertia.
     pub fn metric<R: Rod<f64>>(&self, rod: &R) -> Vec<f64> {
         let mass = rod.mass();
         let total: f64 = mass.iter().step_by(self.stride).sum();
@@ -50,8 +50,9 @@ impl EdgeCoordinates {
         mass.iter().enumerate().map(one).collect()
     }
 
-    /// Replaces forces on nodes by forces on edges, `T' f`, in place: entry `i` becomes the sum over node `i` and all
-    /// nodes after it. Edge `j` has the entries of node `j + 1`, the first node the sum of all. Angles stay.
+    /// Replaces forces on nodes by forces on edges, `T' f`, in place: each component of a node's force becomes its sum
+    /// over this node and all nodes after it. Edge `j` has the entries of node `j + 1`, the first node the sum of all.
+    /// Angles stay.
     pub fn edge_forces<D: Scalar, R: Rod<D>>(&self, forces: &mut [D]) {
         for i in (0..forces.len() - self.stride).rev().filter(|i| !R::is_angle(*i)) {
             let beyond = forces[i + self.stride];
@@ -68,8 +69,8 @@ impl EdgeCoordinates {
         }
     }
 
-    /// Difference of unknown `i` between the node states `to` and `from`. It is that of the edge vector that ends at
-    /// the node, of the position for the first node, or of an angle.
+    /// Change of unknown `i` in edge coordinates from the node state `from` to `to`. It is that of the edge vector that
+    /// ends at the node, of the position of the first node, or of an angle.
     pub fn change<R: Rod<f64>>(&self, i: usize, to: &[f64], from: &[f64]) -> f64 {
         match R::is_angle(i) || i < self.stride {
             true => to[i] - from[i],

@@ -1,14 +1,16 @@
 //! The equilibrium of a problem: shape, energies, reactions and stability, and their summary as text.
 //!
-//! [`Problem::equilibrium`] finds it by a [descent](crate::statics::descent) from the initial shape. It is stable if no
-//! motion decreases the energy to second order and none that deforms the rod is without stiffness (`marginal`). Motions
-//! are counted by the negative pivots of the factored tangent (Sylvester's law of inertia), near zero by the second
-//! variation. Rigid motions and spins without resistance do not count. A planar rod is also examined out of its plane,
-//! in the spatial model. This requires a shear modulus or Poisson's ratio, and no moments; else `stable` is absent.
-//! Under loads without a potential stability is not examined. Output: [`Equilibrium`] with nodes and tip (m), energies
-//! (J), residual (N), reactions (N, N m), and counts of unstable and marginal motions; [`Equilibrium::summary`] is its
-//! text. Warnings with codes are about implausible values, large strains and deep contacts. An unstable equilibrium is
-//! no error; a failed search, an interruption and a singular tangent are.
+//! [`Problem::equilibrium`] finds it by a [descent](crate::statics::descent) from the initial shape. Output:
+//! [`Equilibrium`] with nodes and tip (m), energies (J), residual (N), reactions (N, N m), and counts of unstable and
+//! marginal motions; [`Equilibrium::summary`] is its text. Warnings with codes are about implausible values, large
+//! strains and deep contacts. An unstable equilibrium is no error; a failed search, an interruption and a singular
+//! tangent are.
+//!
+//! The equilibrium is stable if no motion decreases the energy to second order (unstable) and none that deforms the rod
+//! is without stiffness (marginal). Motions are counted by the negative pivots of the factored tangent (Sylvester's law
+//! of inertia), near zero by the second variation. Rigid motions and spins without resistance do not count. A planar
+//! rod is also examined out of its plane, in the spatial model. This requires a shear modulus or Poisson's ratio, and
+//! no moments; else `stable` is absent. Under loads without a potential stability is not examined.
 
 use crate::code::Code;
 use crate::error::Error;
@@ -77,8 +79,8 @@ fn is_zero(count: &usize) -> bool {
 }
 
 impl Equilibrium {
-    /// Whether no unstable or marginal direction was counted so far: those in the model, and out of the plane once they
-    /// are added.
+    /// Whether the counts of unstable and marginal directions are both zero. They are those in the model until the
+    /// directions out of the plane are added.
     fn is_stable(&self) -> bool {
         self.negative_directions + self.marginal_directions == 0
     }

@@ -1,18 +1,16 @@
-//! Derivatives of an equilibrium by the scene's numbers, by the implicit function theorem.
+//! Derivatives of an equilibrium with respect to the scene's numbers, by the implicit function theorem.
 //!
-//! Input: an equilibrium in plain numbers, whether it is neutral (`checked_equilibrium`, or `next_equilibrium` under
-//! another load), and a setup over dual numbers. An equilibrium satisfies `g(q, p) = 0` with the gradient `g` of the
-//! energy. Newton steps `q -= K^-1 g(q, p)` in dual numbers, with the tangent `K` in plain numbers, make one more order
-//! of derivatives exact each. At a neutral equilibrium `K` is singular: a small stiffness is added, and the nodes move
-//! with the initial position. Long rods are solved in edge coordinates. Held unknowns have the derivatives of the
-//! supports at the end of their motion. Output: rod and unknowns (m, rad) with derivatives
-//! (`differentiated_equilibrium`), or positions of nodes in the world (m), axes of edges and reactions (N, N m;
-//! `outputs_at_equilibrium`). Parts of it are `hold` (values of held unknowns), `differentiate` (Newton steps, in
-//! place) and `add_start_derivatives` (those of the initial positions). A singular tangent is [`Error::Indifferent`].
-//! `displacement_under_forces` solves with `K` alone, for the adjoint; `None` for a singular tangent and for long rods.
+//! Input: an equilibrium in plain numbers, whether it is neutral (`CheckedEquilibrium`), and a setup over dual numbers.
+//! An equilibrium satisfies `g(q, p) = 0` with the gradient `g` of the energy, unknowns `q` and numbers `p`. Newton
+//! steps `q -= K^-1 g(q, p)` in dual numbers, with the tangent `K` in plain numbers, make one more order of derivatives
+//! exact each. At a neutral equilibrium `K` is singular: a small stiffness is added, and the nodes move with the
+//! initial position. Long rods are solved in edge coordinates. Held unknowns have the derivatives of the supports at
+//! the end of their motion.
 //!
-//! `CheckedEquilibrium` is an equilibrium and whether it is neutral. `EquilibriumRequest` names the nodes, edges and
-//! reactions of which `EquilibriumOutputs` has the values, with derivatives.
+//! Output: rod and unknowns (m, rad) with derivatives (`differentiated_equilibrium`), or the outputs in an
+//! [`EquilibriumRequest`]: positions of nodes in the world (m), axes of edges and reactions (N, N m). A singular
+//! tangent is [`Error::Indifferent`]. `displacement_under_forces` solves `K x = f` alone, for the adjoint; `None` for a
+//! singular tangent and for long rods.
 
 use crate::energy::Derivatives;
 use crate::error::Error;
@@ -38,7 +36,7 @@ const ADDED_STEPS: usize = 3;
 pub(crate) struct CheckedEquilibrium<F> {
     /// The equilibrium.
     pub rest: EquilibriumState<F>,
-    /// Whether the rod can move without resistance.
+    /// Whether the rod can move without resistance: rigidly, or by a spin.
     neutral: bool,
 }
 
@@ -63,7 +61,7 @@ pub(crate) struct EquilibriumOutputs<D> {
 }
 
 impl<M: Model> Discretized<'_, M> {
-    /// The [equilibrium](Self::equilibrium), with the result of [`is_neutral`](Self::is_neutral), which its
+    /// The [equilibrium](Self::equilibrium) with the result of [`is_neutral`](Self::is_neutral), which its
     /// differentiation requires.
     ///
     /// # Errors
@@ -72,8 +70,9 @@ impl<M: Model> Discretized<'_, M> {
         self.checked(self.equilibrium()?)
     }
 
-    /// The equilibrium that a descent from that of another load, `before`, reaches, or else that from the initial
-    /// shape, with the result of [`is_neutral`](Self::is_neutral).
+    /// The equilibrium that a descent under the present loads reaches from `before`, an equilibrium under other loads.
+    /// If that fails, it is the one that the search from the initial shape finds. The result of
+    /// [`is_neutral`](Self::is_neutral) is added.
     ///
     /// # Errors
     /// Those of [`checked_equilibrium`](Self::checked_equilibrium).
@@ -87,7 +86,7 @@ impl<M: Model> Discretized<'_, M> {
         }
     }
 
-    /// An equilibrium with the result of [`is_neutral`](Self::is_neutral), whose errors are passed on.
+    /// The equilibrium `rest` with the result of [`is_neutral`](Self::is_neutral), whose errors are passed on.
     fn checked(
         &self,
         rest: EquilibriumState<FramesOf<M>>,
@@ -96,8 +95,9 @@ impl<M: Model> Discretized<'_, M> {
     }
 
     /// The rod over `D` and the unknowns of an equilibrium, m and rad, with the derivatives that `D` carries. Angles
-    /// are measured from the frames of the equilibrium, which have no derivatives. Held unknowns get the derivatives of
-    /// supports at the end of their motion. The nodes of a neutral equilibrium move with the initial position.
+    /// are measured from the frames of the equilibrium, which have no derivatives. Held unknowns have the derivatives
+    /// of supports at the end of their motion. The nodes of a neutral equilibrium have the derivatives of the initial
+    /// positions, as no equation determines them.
     ///
     /// # Errors
     /// [`Error::Indifferent`] where the tangent is singular, and those of a recorded start.
@@ -119,8 +119,8 @@ impl<M: Model> Discretized<'_, M> {
         Ok((rod, q))
     }
 
-    /// The `requested` outputs of an equilibrium, with derivatives. `seed` returns the number of a parameter over `D`
-    /// from the parameter and its value. Errors are those of
+    /// The `requested` outputs of an equilibrium: positions of nodes, axes of edges and, on request, reactions, with
+    /// derivatives. `seed` returns the number over `D` of a parameter and its value. Errors are those of
     /// [`differentiated_equilibrium`](Self::differentiated_equilibrium).
     pub(crate) fn outputs_at_equilibrium<D: Nestable>(
         &self,
@@ -142,11 +142,11 @@ impl<M: Model> Discretized<'_, M> {
         Ok(EquilibriumOutputs { nodes, axes, reactions })
     }
 
-    /// Adds the derivatives to the unknowns `q` of an equilibrium of `rod` by Newton steps: hand-derived gradient, and
-    /// tangent of the same rod in `plain` numbers. One step removes the residual, and one more per order adds
-    /// derivatives. For a `neutral` equilibrium [`ADDED_STIFFNESS`] times the negligible stiffness is added, and
-    /// [`ADDED_STEPS`] more steps are made. Long rods are solved in edge coordinates; held and prescribed unknowns
-    /// stay.
+    /// Adds the derivatives to the unknowns `q` of an equilibrium of `rod` by Newton steps, `q -= K^-1 g`. The gradient
+    /// `g` is that of `rod` over `D`, by the hand-derived formulas; the tangent `K` is that of the same rod in `plain`
+    /// numbers. One step removes the residual, and one more per order adds derivatives. For a `neutral` equilibrium
+    /// [`ADDED_STIFFNESS`] times the negligible stiffness is added to `K`, and [`ADDED_STEPS`] more steps are made.
+    /// Long rods are solved in edge coordinates; held and prescribed unknowns stay.
     ///
     /// # Errors
     /// The row of a zero pivot of the tangent.
@@ -204,7 +204,7 @@ impl<M: Model> Discretized<'_, M> {
     }
 
     /// Adds the derivatives of the initial positions `begin`, without their values, to the coordinates of the nodes in
-    /// `q`: a rod that no support holds moves with its initial position. Angles are unchanged.
+    /// `q`. Angles are unchanged. This is for a rod that no support holds: it moves with its initial position.
     pub(crate) fn add_start_derivatives<D: Nestable>(&self, begin: &[D], q: &mut [D]) {
         for i in (0..q.len()).filter(|i| !M::Rod::<D>::is_angle(*i)) {
             q[i] += begin[i] - D::from(begin[i].value());
@@ -212,8 +212,9 @@ impl<M: Model> Discretized<'_, M> {
     }
 
     /// Sets the unknowns `q` outside the free range to their values at `moment`, with derivatives. Coordinates get the
-    /// initial positions, angles of recorded ends those of their initial directors, and other angles stay. Then the
-    /// motion of clamped, pinned and recorded supports is applied. Errors are those of a recorded start.
+    /// initial positions. Angles of recorded ends get those of the initial directors of their edges; other angles stay.
+    /// Then the motion of clamped, pinned and recorded supports at `moment` is applied. Errors are those of a recorded
+    /// start.
     pub(crate) fn hold<D: Nestable>(
         &self,
         setup: &Setup<D, M>,

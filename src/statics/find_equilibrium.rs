@@ -2,13 +2,12 @@
 //!
 //! The search starts from the initial shape, with the perturbation of the scene, or from the recorded shape. Ends that
 //! move far are moved in several stages, each followed by a descent under the full loads. Only a rod that stands on a
-//! clamp under loads far above buckling is first [loaded step by step](crate::statics::standing). Output: unknowns (m,
-//! rad) and frames of the last equilibrium, number of Newton iterations in all, largest unbalanced force (N). Moved
-//! ends are then at the end of their motion, or in `held_equilibrium` at their places at t = 0, under the forces
-//! `initial.point` too. `begin_at_rest` returns the shape of the start, `descend` makes one descent. `edge_coordinates`
-//! are those of a long rod that is held at its start only, else `None`. `has_follower_loads` returns whether there are
-//! loads without a potential. Errors: no equilibrium, ends that move too far, an interruption, and those of a recorded
-//! start. The search does not examine stability.
+//! clamp under loads far above buckling is first [loaded step by step](crate::statics::standing).
+//!
+//! Output: unknowns (m, rad) and frames of the last equilibrium, number of Newton iterations in all, largest unbalanced
+//! force (N). Moved ends are at the end of their motion. In `held_equilibrium` they are at their places at t = 0, under
+//! the forces `initial.point` too. Errors: no equilibrium, ends that move too far, an interruption, and those of a
+//! recorded start. Stability is not examined.
 
 use crate::error::Error;
 use crate::numerics::scalar::Nestable;
@@ -84,9 +83,9 @@ impl<M: Model> Discretized<'_, M> {
         unreachable!("there is at least one stage")
     }
 
-    /// The equilibrium of `rod` that one descent from the unknowns `q`, measured from `frames`, reaches with the
-    /// supports of the scene, without springs; in edge coordinates for long rods. [`Error::Equilibrium`] where none is
-    /// found.
+    /// The equilibrium of `rod` that one descent reaches from the unknowns `q`, m and rad, whose angles are measured
+    /// from `frames`. Supports are those of the scene, and there are no springs; long rods are solved in edge
+    /// coordinates. [`Error::Equilibrium`] where none is found.
     pub(super) fn descend(
         &self,
         rod: &M::Rod<f64>,
@@ -121,10 +120,11 @@ impl<M: Model> Discretized<'_, M> {
         Ok((q, frames))
     }
 
-    /// Moves a limp rod that stands, in `q` and `frames`, to the equilibria under increasing parts of its loads,
-    /// without the full ones. Where the loads determine no side and the scene has no perturbation, it is displaced
-    /// slightly before. If not `settled`, the loads include the forces `initial.point`. Returns the number of Newton
-    /// iterations; 0 for other rods. A part without an equilibrium is left out.
+    /// For a limp rod that stands: replaces `q` and `frames` by the equilibria under increasing fractions of its loads,
+    /// one after the other, without the full loads. Where the loads determine no side and the scene has no
+    /// perturbation, the rod is displaced slightly before. If not `settled`, the loads include the forces
+    /// `initial.point`. Returns the number of Newton iterations; 0 for other rods, which do not change. A fraction
+    /// without an equilibrium is left out.
     fn raise_loads(&self, q: &mut Vec<f64>, frames: &mut FramesOf<M>, settled: bool) -> usize {
         let Some(StandingLoads { parts, push }) = self.standing_loads(q) else { return 0 };
         if push > 0.0 && self.scene().initial.perturbation == 0.0 {
@@ -142,8 +142,9 @@ impl<M: Model> Discretized<'_, M> {
         iterations
     }
 
-    /// The share, 0 to 1, of the motion of an end by which node `i` moves in the initial guess of a stage. It is 1
-    /// where the other end is free, else decreases linearly from 1 at the moving end to 0 at the other.
+    /// The fraction, 0 to 1, of the displacement of the moving end `end` by which node `i` is displaced in the initial
+    /// guess of a stage. It is 1 if the other end is free. Otherwise it decreases linearly in the index of the node,
+    /// from 1 at the moving end to 0 at the other.
     fn carried_share(&self, end: End, i: usize) -> f64 {
         let supports = &self.problem.scene().supports;
         let along = i as f64 / (self.nodes() - 1) as f64;
@@ -160,10 +161,11 @@ impl<M: Model> Discretized<'_, M> {
         self.scene().loads.first_follower(M::STRIDE > 2).is_some()
     }
 
-    /// The edge coordinates of a long rod that is held at its start only. `None` for other rods, with user-defined
-    /// energies or loads without a potential, and with prescribed nodes between the ends.
+    /// The edge coordinates of a long rod that is held at its start only. `None` for other rods, for user-defined
+    /// energies, contacts or tendons, for loads without a potential, and for prescribed nodes between the ends.
     pub(crate) fn edge_coordinates(&self) -> Option<EdgeCoordinates> {
-        // User-defined energies may depend on the positions of nodes; the tangent of loads without a potential is by nodes.
+        // User-defined energies may depend on the positions of nodes; the tangent of loads without a potential is by
+        // nodes.
         let suitable = !self.scene().has_own_energies()
             && self.prescribed().is_empty()
             && !self.has_follower_loads();

@@ -1,13 +1,14 @@
 //! The lowest eigenvalues of a [`Pencil`] `K x = lambda M x` without omissions, with eigenvectors.
 //!
 //! Input: a number of eigenvalues, and the scale (1/s^2) of a small one. Output of `lowest`: so many pairs (all if
-//! there are fewer), ascending, with `x' M x = 1`. Method: subspace iteration with the shifted inverse,
-//! `Y = (K - shift M)^-1 M X`, and a Rayleigh-Ritz step on `Y`. It ends when the eigenvalues converge to
-//! [`EIGENVALUE_TOLERANCE`], or to `STALLED` without further decrease. They are found from below, in batches. The
-//! first shift lies below all eigenvalues, later ones just above those already found, to which vectors are kept
-//! orthogonal. Completeness is verified: by Sylvester's law `K - lambda M` has as many negative pivots as there are
-//! eigenvalues below `lambda`, for a `lambda` just above the last one found. A batch that fails is repeated with
-//! twice as many vectors; after `DOUBLINGS` this is an error. Modes and stability use the result.
+//! there are fewer), ascending, with `x' M x = 1`. Method: subspace iteration with the shifted inverse, `Y = (K - shift
+//! M)^-1 M X`, and a Rayleigh-Ritz step on `Y`. It ends when the eigenvalues converge to [`EIGENVALUE_TOLERANCE`], or
+//! to `STALLED` without further decrease.
+//!
+//! Eigenvalues are found from below, in batches. The first shift lies below all eigenvalues, later ones just above
+//! those already found, to which vectors are kept orthogonal. Completeness is verified: by Sylvester's law `K - lambda
+//! M` has as many negative pivots as there are eigenvalues below `lambda`, for a `lambda` just above the last one
+//! found. A batch that fails is repeated with twice as many vectors; after `DOUBLINGS` doublings this is an error.
 
 use crate::error::Error;
 use crate::numerics::tangent::{Factors, Tangent};
@@ -69,10 +70,10 @@ struct VerifiedBatch<F> {
 }
 
 impl<T: Tangent<f64>> Pencil<f64, T> {
-    /// The `count` lowest eigenpairs in ascending order, or all if there are fewer, with eigenvectors of unit norm in
-    /// `M`. `scale`, 1/s^2, is the order of magnitude of a small eigenvalue, where the search for the first shift
-    /// starts. Start vectors are random with a fixed seed. A batch that is incomplete or does not converge is repeated
-    /// with twice as many vectors.
+    /// The `count` lowest eigenpairs in ascending order, or all if there are fewer, with `x' M x = 1`. `scale`, 1/s^2,
+    /// must be above zero: the order of magnitude of a small eigenvalue, where the search for the first shift starts.
+    /// Start vectors are random with a fixed seed. A batch that is incomplete or does not converge is repeated with
+    /// twice as many vectors.
     ///
     /// # Errors
     /// [`Error::Unconverged`] after [`DOUBLINGS`] doublings, [`Error::SingularEquilibrium`] for singular factors.
@@ -125,9 +126,10 @@ impl<T: Tangent<f64>> Pencil<f64, T> {
         Ok(found)
     }
 
-    /// A shift below all eigenvalues, and the factors of `K - shift M`. Its distance from zero starts at `scale` and
-    /// grows by factors of four until no pivot is negative. Bisection then reduces it to within [`SHIFT_MARGIN`] of an
-    /// insufficient one, if there is any. An error only if the distance overflows.
+    /// A shift below all eigenvalues, 1/s^2, and the factors of `K - shift M`. The shift is negative. Its distance from
+    /// zero starts at `scale` and grows by factors of four until no pivot is negative. Bisection then reduces it to
+    /// within [`SHIFT_MARGIN`] of an insufficient distance, if `scale` was insufficient. An error only if the distance
+    /// overflows.
     fn lower_shift(&self, scale: f64) -> Result<(T::Factors, f64), Error> {
         // Distances of the shift from zero: sufficient, and insufficient.
         // Growth by factors of four until no pivot is negative.
@@ -153,9 +155,10 @@ impl<T: Tangent<f64>> Pencil<f64, T> {
     }
 
     /// Iterates the subspace until its first `batch` values converge, and overwrites its basis (Ritz vectors of unit
-    /// norm in `M`) and values (ascending distances from the shift). Returns whether they do within [`ITERATIONS`]
-    /// iterations: to [`EIGENVALUE_TOLERANCE`], or to [`STALLED`] without further decrease. `found` are the modes to
-    /// which vectors are kept orthogonal, `factors` those of the shifted matrix.
+    /// norm in `M`) and values (ascending distances of Ritz values from the shift, 1/s^2). Returns whether they
+    /// converge within [`ITERATIONS`] iterations: to a relative change of [`EIGENVALUE_TOLERANCE`], or to [`STALLED`]
+    /// without further decrease. `factors` are those of the shifted matrix. Vectors are kept orthogonal to the modes
+    /// `found`.
     fn iterate(
         &self,
         factors: &T::Factors,
@@ -205,10 +208,10 @@ impl<T: Tangent<f64>> Pencil<f64, T> {
         Ok(false)
     }
 
-    /// The largest number of the first `batch` values after which a gap follows, with a shift just above them and its
-    /// factors. A gap is twice [`CLUSTER_DISTANCE`] of the value, or twice [`ROUNDING_MARGIN`] rounding errors if that
-    /// is more. The negative pivots at that shift must be this number plus the `known` eigenvalues found before. `None`
-    /// where eigenvalues were missed, where no gap separates them, and for singular factors.
+    /// The largest number `k` of the first `batch` values of the subspace after which a gap follows, with a shift just
+    /// above them and its factors. A gap is twice [`CLUSTER_DISTANCE`] of the value, or twice [`ROUNDING_MARGIN`]
+    /// rounding errors if that is more. The negative pivots at that shift must be `k` plus the number `known` of
+    /// eigenvalues found before. `None` where they are not, where no gap follows any value, and for singular factors.
     fn verify(
         &self,
         batch: usize,
@@ -231,18 +234,19 @@ impl<T: Tangent<f64>> Pencil<f64, T> {
     }
 }
 
-/// The inner product `a' M b` with the diagonal `mass`.
+/// The inner product `a' M b` with the diagonal matrix M of `mass`; the three have one length.
 fn product(a: &[f64], b: &[f64], mass: &[f64]) -> f64 {
     a.iter().zip(b).zip(mass).map(|((a, b), m)| a * b * m).sum()
 }
 
-/// The inner product `a' b`.
+/// The inner product `a' b` of two vectors of one length.
 fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
-/// Gram-Schmidt orthonormalization of the independent vectors `basis` in the metric of the diagonal `mass`, in place,
-/// twice for accuracy. `images`, the products of the vectors with a matrix, are combined with the same coefficients.
+/// Gram-Schmidt orthonormalization of the independent vectors `basis` with the inner product `a' M b` of the diagonal
+/// `mass`, in place and in order, twice for accuracy. `images`, the products of the vectors with a matrix, are combined
+/// with the same coefficients.
 fn orthonormalize(basis: &mut [Vec<f64>], images: &mut [Vec<f64>], mass: &[f64]) {
     for k in 0..basis.len() {
         for _ in 0..2 {

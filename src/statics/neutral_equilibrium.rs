@@ -2,12 +2,11 @@
 //! spin of a straight round rod between hinges.
 //!
 //! Detection: the tangent has an eigenvalue within plus or minus the negligible stiffness. Its motion is found by
-//! inverse iteration. [`MotionMeasure`] (`measure_motion`) is the size of a motion, scaled to a displacement of the
-//! rod's length or a rotation of 1 rad. It is a spin (`is_spin`) if nodes move by at most `SPIN` lengths, and rigid
-//! (`is_rigid`) if the absolute strains sum to at most `RIGID`. Output of `is_neutral`: whether the equilibrium is
-//! neutral, which is false under loads without a potential. Its derivatives then need an added stiffness, as the
-//! tangent is singular. Another motion without resistance, as at a critical load, is [`Error::Indifferent`] with the
-//! node that moves most.
+//! inverse iteration, and scaled to a displacement of the rod's length or a rotation of 1 rad ([`MotionMeasure`]). It
+//! is a spin if nodes move by at most `SPIN` lengths, and rigid if the absolute strains sum to at most `RIGID`. The
+//! equilibrium is neutral (`is_neutral`) if the motion is one of both; then the tangent is singular, and derivatives
+//! need an added stiffness. Another motion without resistance, as at a critical load, is [`Error::Indifferent`] with
+//! the node that moves most. Under loads without a potential no equilibrium counts as neutral.
 
 use crate::error::Error;
 use crate::numerics::tangent::Factors;
@@ -31,7 +30,7 @@ pub(crate) struct MotionMeasure {
     pub node: usize,
     /// Its displacement, in lengths of the rod.
     displacement: f64,
-    /// Sum of the absolute values of all strains.
+    /// Sum of the absolute values of all strains of the scaled motion, without a unit.
     strain: f64,
     /// Energies of stretching, bending and twisting by these strains, J.
     pub energies: [f64; 3],
@@ -88,8 +87,9 @@ impl<M: Model> Discretized<'_, M> {
 
     /// Displacement, strains and energies of the motion with the rates `x` of all unknowns from the state `q`. The
     /// motion is scaled: no component of a displacement exceeds the rod's length, no rotation of an edge about itself 1
-    /// rad, and one of them reaches this limit. Strains are rates by central differences. Energies are those of these
-    /// strains with the elastic stiffness. `node` is the one with the largest component.
+    /// rad, and one of them reaches this limit. Strains are their rates along the scaled motion, by central
+    /// differences. Energies are those of these strains with the elastic stiffness. `node` is the one with the largest
+    /// component.
     pub(crate) fn measure_motion(
         &self,
         q: &[f64],

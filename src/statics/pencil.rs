@@ -3,12 +3,13 @@
 //!
 //! Its eigenvalues `K x = omega^2 M x` are squared angular frequencies. At an equilibrium negligible stiffnesses can
 //! replace the masses: eigenvalues are then multiples of these, and those below -1 are unstable motions. `at` takes
-//! masses, `resting` negligible stiffnesses. Output: `factors` of `K - s M`, the number of eigenvalues below `s`
-//! (`below`, and `inertia` with other shifts, 1/s^2), the rounding error of the eigenvalue of a mode (`rounding`), and
-//! the number of finite ones (`order`). A zero pivot is an error; `inertia` tries up to `SHIFTS` values of `s`, each
-//! slightly lower. Prescribed unknowns have no eigenvalues. For a planar rod the pencil of motions out of its plane (a
-//! deflection and an angle per node) follows from the spatial model (`out_of_plane`). [`spatial_motion`] returns the
-//! unknowns of the spatial model for such a motion.
+//! masses, `resting` negligible stiffnesses. Prescribed unknowns have no eigenvalues.
+//!
+//! The number of eigenvalues below `s` is that of the negative pivots of `K - s M` (`below`). A zero pivot is an error;
+//! `inertia` tries up to `SHIFTS` values of `s`, each slightly lower. The finite eigenvalues are as many as unknowns
+//! with a mass (`order`). For a planar rod the pencil of motions out of its plane (a deflection and an angle per node)
+//! follows from the spatial model (`out_of_plane`). [`spatial_motion`] returns the unknowns of the spatial model for
+//! such a motion.
 
 use crate::energy::Derivatives;
 use crate::error::Error;
@@ -27,8 +28,8 @@ const SHIFT_DISTANCE: f64 = 0.0137;
 /// Half-bandwidth for motions out of the plane: a deflection and an angle per node, as many unknowns as in the plane.
 const OUT_OF_PLANE_BANDWIDTH: usize = planar::HALF_BANDWIDTH;
 
-/// The eigenvalue problem `K x = omega^2 M x` over the unknowns `free`. Prescribed unknowns among them are uncoupled and
-/// have no mass, so that they have no finite eigenvalues.
+/// The eigenvalue problem `K x = omega^2 M x` over the unknowns `free`. Prescribed unknowns among them are uncoupled
+/// and have no mass, so that they have no finite eigenvalues.
 pub(crate) struct Pencil<D, T> {
     /// `K`, N/m (N m for angles).
     pub tangent: T,
@@ -42,8 +43,9 @@ pub(crate) struct Pencil<D, T> {
 pub(crate) type OutOfPlaneTangent<D> = BandMatrix<D, OUT_OF_PLANE_BANDWIDTH>;
 
 impl<D: Nestable, T: Tangent<D>> Pencil<D, T> {
-    /// The pencil of a rod at `q`, over any scalar: its tangent there by the hand-derived formulas, its masses and its
-    /// free range, in node coordinates. Prescribed unknowns are decoupled and have no mass.
+    /// The pencil of a rod at the unknowns `q`, m and rad, whose angles are measured from `frames`, over any scalar. It
+    /// has the tangent there by the hand-derived formulas, the masses and the free range, in node coordinates.
+    /// Prescribed unknowns are decoupled and have no mass.
     pub fn at<M: Model>(
         discretized: &Discretized<'_, M>,
         rod: &M::Rod<D>,
@@ -91,7 +93,7 @@ impl<T: Tangent<f64>> Pencil<f64, T> {
         }
     }
 
-    /// The factors of `K - squared M` over the free unknowns, or the row of a zero pivot.
+    /// The factors of `K - squared M` over the free unknowns; the error is the row of a zero pivot.
     pub fn factor(&self, squared: f64) -> Result<T::Factors, Singular> {
         let mut factors = self.tangent.new_factors();
         factors.factor_sum(&self.mass, -squared, &self.tangent, 1.0, self.free.clone())?;
@@ -106,13 +108,13 @@ impl<T: Tangent<f64>> Pencil<f64, T> {
         self.factor(squared).map_err(|_| Error::SingularEquilibrium)
     }
 
-    /// Number of finite eigenvalues: free unknowns whose mass is not zero.
+    /// Number of finite eigenvalues: that of the free unknowns whose mass is not zero.
     pub fn order(&self) -> usize {
         self.free.clone().filter(|i| self.mass[*i] != 0.0).count()
     }
 
-    /// Number of eigenvalues below `squared`, 1/s^2, by Sylvester's law of inertia: the negative pivots. A zero pivot
-    /// is [`Error::SingularEquilibrium`].
+    /// Number of eigenvalues below `squared`, 1/s^2, by Sylvester's law of inertia: the negative pivots of `K - squared
+    /// M`. A zero pivot is [`Error::SingularEquilibrium`].
     pub fn below(&self, squared: f64) -> Result<usize, Error> {
         Ok(self.factors(squared)?.negative_pivots())
     }

@@ -17,9 +17,9 @@
 //! zero for a free end.
 //!
 //! `reactions_at_rest` returns those of an equilibrium. `reactions_in_motion` returns a [`ReactionModel`], with which
-//! `reactions` are computed in any state. It is over any scalar of a rod: with dual numbers its output has derivatives
-//! by parameters. `nodal_loads` are weight, point and line forces on every node, N, at a time; `loads_at_state` has
-//! also the loads without a potential at a state. `Reactions::parts` has the order of records.
+//! `reactions` computes them in any state. It is over any scalar of a rod: with dual numbers its output has derivatives
+//! with respect to parameters. `nodal_loads` are weight, point and line forces on every node, N, at a time;
+//! `loads_at_state` adds the forces of loads without a potential (follower loads, moments in space) at a state.
 
 use crate::numerics::scalar::Nestable;
 use crate::numerics::vector::{Vector, add, cross, scale, sub, unit};
@@ -52,7 +52,7 @@ pub struct Reactions<D = f64> {
 }
 
 impl<D: Copy> Reactions<D> {
-    /// The reactions with all components converted by `convert`.
+    /// The reactions with every component of forces and moments converted by `convert`.
     pub(crate) fn map<E>(&self, convert: impl Fn(D) -> E + Copy) -> Reactions<E> {
         let of = |reaction: &Reaction<D>| Reaction {
             force: reaction.force.map(convert),
@@ -61,7 +61,7 @@ impl<D: Copy> Reactions<D> {
         Reactions { start: of(&self.start), end: of(&self.end) }
     }
 
-    /// Force and moment of the start, then of the end, as a record stores them.
+    /// Force, N, and moment, N m, of the start, then of the end: `[[force, moment], [force, moment]]`.
     pub(crate) fn parts(self) -> [[[D; 3]; 2]; 2] {
         [self.start, self.end].map(|reaction| [reaction.force, reaction.moment])
     }
@@ -126,8 +126,8 @@ impl<M: Model> Discretized<'_, M> {
         self.reactions_with(&model, &model.rod, state)
     }
 
-    /// The reactions at both ends in a `state` of the motion of the rod, in world axes, with the forces that `model`
-    /// has.
+    /// The reactions at both ends in a `state` of the motion of the rod, in world axes, with the forces of `model`.
+    /// Loads with signals have their values at the time of the state.
     pub(crate) fn reactions<D: Nestable>(
         &self,
         model: &ReactionModel<D, M>,
@@ -143,9 +143,10 @@ impl<M: Model> Discretized<'_, M> {
         }
     }
 
-    /// The reactions at both ends of `rod` in a state. Weight, drag, inertia and mass damping of the part of the rod on
-    /// nodes behind a wall are left out, those of point masses are not. A clamp holds two nodes, a recorded end those
-    /// at its held markers, other supports one. A free end has zero.
+    /// The reactions at both ends of `rod` in a state. At each end they are the sums of forces and moments over the
+    /// held nodes. A clamp holds two nodes, a recorded end those at its held markers and between them, other supports
+    /// one. A free end has zero. Weight, drag, inertia and mass damping of the part of the rod on nodes behind a wall
+    /// are left out, those of point masses are not.
     fn reactions_with<D: Nestable>(
         &self,
         ReactionModel { bare, damping, drag, supports, .. }: &ReactionModel<D, M>,
@@ -211,9 +212,10 @@ impl<M: Model> Discretized<'_, M> {
         }
     }
 
-    /// The reaction of a support that holds the unknowns `held` and the `nodes`, the outermost one first, from the
-    /// `force` on every unknown. `next` is the second node from that end. The moment is about the point of the
-    /// support. Zero if nothing is held.
+    /// The reaction of a support that holds the unknowns with the indices `held` and the `nodes`, the outermost one
+    /// first, from the `force` on every unknown. The force is the sum over the nodes. The moment is about the point of
+    /// the support; torques on held angles, along their edges, are added. `next` is the second node from that end. Zero
+    /// if nothing is held.
     fn reaction<D: Nestable>(
         &self,
         held: Range<usize>,
@@ -246,7 +248,8 @@ impl<M: Model> Discretized<'_, M> {
         reaction
     }
 
-    /// The fraction of its edge that is behind a wall, 0 to 1, for the first and the last node; zero for others.
+    /// The fraction of the outermost edge that is behind a wall, 0 to 1, if `node` is the first or the last node; zero
+    /// for other nodes and ends without a wall inside the edge.
     fn fraction_behind_wall(&self, node: usize) -> f64 {
         let [start, end] = behind_walls(&self.scene().supports, self.scene().soft);
         match node {
@@ -256,7 +259,8 @@ impl<M: Model> Discretized<'_, M> {
         }
     }
 
-    /// [`loads_at_state`] over plain numbers.
+    /// Weight, point and line forces, and forces of loads without a potential, on every node, N, in world axes, one
+    /// entry per node. They are taken at the unknowns `q` and with signals at `time`, s, over plain numbers.
     pub(super) fn loads_at_state(
         &self,
         rod: &M::Rod<f64>,
@@ -267,8 +271,8 @@ impl<M: Model> Discretized<'_, M> {
         loads_at_state(self.model, self.setup, rod, q, frames, time)
     }
 
-    /// [`nodal_loads`] over plain numbers: weight, point and line forces on every node, N, in world axes, one entry per
-    /// node, with signals at `time`, s.
+    /// Weight, point and line forces on every node, N, in world axes, one entry per node, with signals at `time`, s;
+    /// over plain numbers. Moments and follower loads are left out.
     pub(super) fn nodal_loads(&self, time: f64) -> Vec<[f64; 3]> {
         nodal_loads::<f64, M>(self.model, self.setup, time)
     }
@@ -290,7 +294,8 @@ fn nodal_loads<D: Nestable, M: Model>(model: &M, setup: &Setup<D, M>, time: f64)
     forces
 }
 
-/// [`nodal_loads`] and the forces of loads without a potential at the unknowns `q`, N.
+/// [`nodal_loads`] plus the nodal forces, N, of the loads of `rod` without a potential (follower loads, moments in
+/// space) at the unknowns `q`.
 fn loads_at_state<D: Nestable, M: Model>(
     model: &M,
     setup: &Setup<D, M>,

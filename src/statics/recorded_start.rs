@@ -5,8 +5,8 @@
 //! exactly on them would start with large axial forces. Therefore the rod, without loads and supports, takes the shape
 //! of least energy in each frame, with springs between marked nodes and markers. For this its axial stiffness is
 //! multiplied by [`AXIAL_FACTOR`]. The stiffness of a spring is the geometric mean of this axial stiffness and the
-//! bending stiffness of an edge, and larger by the factor `HELD_FACTOR` at held nodes. The axial stiffness of edges
-//! between two held nodes is left out.
+//! bending stiffness of an edge, and larger by the factor `HELD_FACTOR` at nodes whose positions are prescribed later.
+//! An edge between two such marked nodes has no axial stiffness.
 //!
 //! The change between the two frames over the time between them is the velocity in the middle. The caller
 //! extrapolates it to the start by half of that time times the acceleration that
@@ -19,12 +19,11 @@
 //! `up`. Additional twist by a gripper is a number of the scene, the twist of `supports.motion`.
 //!
 //! Output of `recorded_start`: [`RecordedStart`] with the unknowns (m, rad) in the first frame of the recording, and
-//! the reference frames of the unrelaxed initial shape. The unknowns have the twist of grippers and the places that
-//! supports prescribe at t = 0. The change to the second frame is without this twist and these places. Unknowns, frames
-//! and change have derivatives by parameters if requested; the time between the frames, s, has none. `recorded_shape`
-//! is the relaxed shape of the first frame with this twist, without these places, and `marker_spring` the stiffness of
-//! the springs at nodes that are not held, N/m. Errors: no `supports.path`, no nodes at the markers, no equilibrium,
-//! and a singular tangent where derivatives are requested.
+//! the reference frames of the unrelaxed initial shape. The unknowns include the twist of grippers and the places that
+//! supports prescribe at t = 0. The change to the second frame is without both. Unknowns, frames and change have
+//! derivatives with respect to parameters if requested; the time between the frames, s, has none. `recorded_shape` is
+//! the relaxed shape of the first frame with the twist, without the prescribed places. Errors: no `supports.path`, no
+//! nodes at the markers, no equilibrium, and a singular tangent where derivatives are requested.
 
 use crate::energy::Derivatives;
 use crate::error::Error;
@@ -68,9 +67,9 @@ pub(crate) struct RecordedStart<D: Nestable, M: Model> {
 }
 
 impl<M: Model> Discretized<'_, M> {
-    /// The initial state of the recorded motion: the relaxed shape of the first frame with the twist of the ends and
-    /// prescribed places at t = 0. With it the change to the relaxed shape of the second frame (without these twists
-    /// and places), and the time between, s.
+    /// The initial state of the recorded motion: the relaxed shape of the first frame, to which the twist of the ends
+    /// and the places prescribed at t = 0 are applied. The change to the relaxed shape of the second frame is without
+    /// these twists and places; the time between the frames is in s.
     ///
     /// # Errors
     /// [`Error::Invalid`] without `supports.path`, those of the descents to the relaxed shapes, and
@@ -123,9 +122,9 @@ impl<M: Model> Discretized<'_, M> {
     }
 
     /// The rod without loads and supports, with springs between marked nodes and the markers of frame `frame` (0 or 1).
-    /// A spring has the stiffness `sqrt(AXIAL_FACTOR) E sqrt(A I)/l^2`, one of a held node [`HELD_FACTOR`] times that.
-    /// The axial stiffness is multiplied by [`AXIAL_FACTOR`], or by zero between two held nodes. An error where the
-    /// mesh has no nodes at the markers.
+    /// A spring has the stiffness `sqrt(AXIAL_FACTOR) E sqrt(A I)/l^2`, N/m, at a held node [`HELD_FACTOR`] times that.
+    /// The axial stiffness of edges is multiplied by [`AXIAL_FACTOR`], or by zero if both nodes of an edge are held and
+    /// marked. An error where the mesh has no nodes at the markers.
     fn sprung_rod<D: Nestable>(
         &self,
         setup: &Setup<D, M>,
@@ -150,8 +149,8 @@ impl<M: Model> Discretized<'_, M> {
         Ok(setup.tied(self.model, axial, &ties))
     }
 
-    /// The unknowns of least energy in the first two frames, m and rad, without derivatives: one list per frame.
-    /// Computed at the first call, then stored in the problem. Errors are those of [`relax`](Self::relax), with the
+    /// The unknowns of least energy in the first two frames, m and rad, without derivatives: one list per frame. They
+    /// are computed at the first call, then stored in the problem. Errors are those of [`relax`](Self::relax), with the
     /// file of the scene.
     fn relaxed(&self, track: &Track) -> Result<&[Vec<f64>], Error> {
         let start = &self.problem.start;
@@ -248,8 +247,9 @@ impl<M: Model> Discretized<'_, M> {
     }
 
     /// Adds the derivatives to the unknowns `q` of a relaxed rod, by Newton steps with the tangent of the rod in
-    /// `plain` numbers and the springs on angles. Plain forces that remain at `q` are balanced, so that values stay.
-    /// One step removes rounding errors, and one more per order adds derivatives. The row of a zero pivot is the error.
+    /// `plain` numbers and the springs on angles. Forces that remain in plain numbers are subtracted, so that the
+    /// values of `q` stay. One step removes rounding errors, and one more per order adds derivatives. The row of a zero
+    /// pivot is the error.
     fn differentiate_sprung<D: Nestable>(
         &self,
         rod: &M::Rod<D>,
@@ -283,8 +283,8 @@ impl<M: Model> Discretized<'_, M> {
     }
 }
 
-/// Stiffness of the springs of markers on a rod with so many `segments` and [`AXIAL_FACTOR`] times its axial stiffness,
-/// N/m: the geometric mean of axial and bending stiffness of an edge.
+/// Stiffness of the springs of markers on a rod with `segments` edges, N/m: the geometric mean of [`AXIAL_FACTOR`]
+/// times the axial stiffness and the bending stiffness of an edge.
 pub(crate) fn marker_spring<D: Nestable, M: Model>(setup: &Setup<D, M>, segments: usize) -> D {
     spring(setup, segments) * AXIAL_FACTOR.sqrt()
 }
@@ -298,10 +298,10 @@ fn spring<D: Nestable, M: Model>(setup: &Setup<D, M>, segments: usize) -> D {
     material.youngs_modulus * (section.area * i1).sqrt() / (edge * edge)
 }
 
-/// Adds the common angle of least energy to the angles of all edges in `q`: the best of [`ROTATIONS`] evenly spaced
-/// angles, refined by [`SECTIONS`] golden sections between its neighbors. If the energies differ by at most
-/// [`EQUAL_ENERGY`] of the largest, as for a straight round rod, angles stay, and so they do in the plane. Thus the
-/// relaxed shape does not depend on the orientation of the markers in the world.
+/// Adds one angle, rad, to the angles of all edges in `q`: the one of least energy of `rod`. It is the best of
+/// [`ROTATIONS`] evenly spaced angles, refined by [`SECTIONS`] golden sections between its neighbors. If the energies
+/// differ by at most [`EQUAL_ENERGY`] of the largest, as for a straight round rod, angles stay, and so they do in the
+/// plane.
 fn minimize_rotation_energy<M: Model>(
     rod: &M::Rod<f64>,
     q: &mut [f64],

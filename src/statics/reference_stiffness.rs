@@ -2,12 +2,13 @@
 //! resistance.
 //!
 //! The scale is bending of the whole rod about its softer axis, `omega_b^2 = E I/(rho A L^4)` halfway along it; a
-//! threshold is [`NEGLIGIBLE`] of it, plus rounding errors. For `n` nodes those of the tangent are `10 eps n^4` of it
-//! in node coordinates, `10 eps n^2` in [edge coordinates](crate::statics::edge_coordinates). For positions they are
-//! multiplied by the ratio of both second moments. `zero_squared_frequency` returns one threshold for the rod, with
-//! rounding errors `n^1.5 eps E/(rho L^2)` of a held rod, `10 n^2` instead of `n^1.5` of a free one.
-//! `negligible_stiffness` returns one stiffness per unknown, `tangent_rounding` the estimate of the rounding errors, as
-//! a multiple of `omega_b^2`, and `part_of_bending_stiffness` a stated fraction of the bending stiffness.
+//! threshold is [`NEGLIGIBLE`] of it, plus rounding errors. For `n` nodes those of the tangent are `10 eps n^4
+//! omega_b^2` in node coordinates, `10 eps n^2 omega_b^2` in [edge coordinates](crate::statics::edge_coordinates). For
+//! positions they are multiplied by the ratio of the larger to the smaller second moment.
+//!
+//! `zero_squared_frequency` is one threshold for the rod; its rounding errors are `n^1.5 eps E/(rho L^2)` of a held
+//! rod, with `10 n^2` instead of `n^1.5` of a free one. `negligible_stiffness` is one stiffness per unknown, and
+//! `tangent_rounding` the estimate of the rounding errors as a multiple of `omega_b^2`.
 
 use crate::problem::{Discretized, Model};
 use crate::rod::Rod;

@@ -7,8 +7,9 @@
 //! `4 E/(kappa G) I/(A L^2)` of its tip's deflection. Under a force at its tip the factor is 3 instead of 4.
 //!
 //! Output of `shear_deflections`: the displacement of every node (m, world axes) for `E/(kappa G) = 1`, to which it is
-//! proportional. The bias of a fit without shear is estimated from it. `internal_forces` returns the internal force (N)
-//! in every edge, `free_part` the fraction of an edge outside of the walls.
+//! proportional. The bias of a fit without shear is estimated from it. `internal_forces` returns the force (N) in every
+//! edge, `free_part` the fraction of an edge outside of the walls. Forces of contacts and of recorded markers between
+//! the ends are left out.
 
 use crate::error::Error;
 use crate::numerics::scalar::Scalar;
@@ -28,9 +29,9 @@ impl Problem {
     }
 }
 
-/// Internal force in every edge, N: the sum of the external forces `on_node(i)` (loads and reactions) on the nodes up
-/// to its start. It is the force of the part before the edge on the part behind it. The outermost edge at a clamp, if
-/// there is more than one edge, has the force of its neighbor, as a clamp holds both of its nodes.
+/// Internal force in every edge, N: the force of the part before the edge on the part behind it. It is the sum of the
+/// external forces `on_node(i)` (loads and reactions), N, over the nodes i up to the start of the edge. The outermost
+/// edge at a clamp, which holds both of its nodes, has the force of its neighbor, if there is one.
 pub(crate) fn internal_forces<M: Model, D: Scalar>(
     discretized: &Discretized<'_, M>,
     on_node: impl Fn(usize) -> [D; 3],
@@ -62,9 +63,10 @@ pub(crate) fn free_part<M: Model>(discretized: &Discretized<'_, M>, j: usize) ->
 }
 
 /// Displacements by shear of all nodes of a model in world axes at equilibrium, m, for `E/(kappa G) = 1`. Edge `j` adds
-/// `-l Q/(E A)`, with its length `l` outside of walls and the transverse internal force `Q`. The running sums are zero
-/// at the held end. Between two held ends a part that is linear in the node's index is subtracted, so that both are
-/// zero. Errors are those of the equilibrium.
+/// `-l Q/(E A)`, with its length `l` outside of walls and the internal force `Q` across it. The running sums begin with
+/// zero at a held end, the start if both are held. Between two held ends a part that is linear in the node's index is
+/// subtracted, so that both are zero. Without a held end they are zero at the last node. Errors are those of the
+/// equilibrium.
 fn deflections<M: Model>(discretized: &Discretized<'_, M>) -> Result<Vec<[f64; 3]>, Error> {
     let rest = discretized.equilibrium()?;
     let (rod, scene) = (discretized.rod(), discretized.scene());

@@ -13,8 +13,8 @@
 //! |dx|^2/h`. It is some `n^3` times smaller for the motion of a rigid body. With more than [`MAX_UNCERTAIN`] such
 //! eigenvalues, without their eigenvectors, and in edge coordinates, the inertia decides alone, and no motion is
 //! marginal. Output of `stability`: numbers of unstable and of marginal motions, for equilibria and modes; a rigid
-//! motion or spin without stiffness is neither. `stiffnesses` are principal values of `x' K x`, J, among given motions,
-//! each with its tolerance, and `linear_combination` is a weighted sum of vectors.
+//! motion or spin without stiffness is neither. `stiffnesses` are the eigenvalues of the form `x' K x`, J, in the space
+//! of given motions, each with its tolerance.
 
 use crate::energy::Derivatives;
 use crate::error::Error;
@@ -63,7 +63,7 @@ pub(crate) struct MotionStiffness {
 }
 
 impl MotionStiffness {
-    /// Whether the absolute stiffness is at most its tolerance: rounding error plus negligible stiffness.
+    /// Whether the absolute stiffness is at most its tolerance, the sum of rounding error and negligible stiffness.
     pub fn is_zero(&self) -> bool {
         self.value.abs() <= self.tolerance
     }
@@ -71,11 +71,11 @@ impl MotionStiffness {
 
 impl<M: Model> Discretized<'_, M> {
     /// Numbers of unstable and marginal motions of an equilibrium at `q` with the tangent of `pencil`, whose masses are
-    /// [negligible stiffnesses](Self::negligible_stiffness). Eigenvalues beyond [`UNCERTAIN_LEVELS`] are counted by
-    /// inertia; of the others the second variation decides. A motion without stiffness is marginal, unless it is rigid
-    /// or a spin, which is not counted. With more than [`MAX_UNCERTAIN`] of the others, in edge coordinates, or without
-    /// eigenvectors, inertia decides alone, and no motion is marginal. `in_model` maps vectors of the pencil to the
-    /// unknowns of the model.
+    /// [negligible stiffnesses](Self::negligible_stiffness). Eigenvalues below minus [`UNCERTAIN_LEVELS`] are counted
+    /// as unstable by inertia, those above it as stable. Between them the second variation decides: a negative one is
+    /// unstable. A zero one is marginal, unless its motion is rigid or a spin, which is not counted. With more than
+    /// [`MAX_UNCERTAIN`] eigenvalues between, in edge coordinates, or without eigenvectors, inertia decides alone, and
+    /// no motion is marginal. `in_model` maps vectors of the pencil to the unknowns of the model.
     ///
     /// # Errors
     /// [`Error::SingularEquilibrium`] for zero pivots at all shifts.
@@ -105,7 +105,8 @@ impl<M: Model> Discretized<'_, M> {
         let motions: Vec<Vec<f64>> =
             found[certain..].iter().map(|mode| in_model(&mode.vector)).collect();
         let mut stability = Stability { unstable: certain, marginal: 0 };
-        // Of the others the second variation decides; motions without stiffness are marginal unless they are rigid or a spin.
+        // Of the others the second variation decides; motions without stiffness are marginal unless they are rigid or a
+        // spin.
         for stiffness in self.stiffnesses(q, frames, &motions) {
             if !stiffness.is_zero() {
                 stability.unstable += usize::from(stiffness.value < 0.0);
@@ -118,10 +119,11 @@ impl<M: Model> Discretized<'_, M> {
         Ok(stability)
     }
 
-    /// Principal stiffnesses `x' K x`, J, in the space of `motions`, ascending, one per motion. Each has its tolerance
-    /// and its motion as a combination of these, with coefficients of unit norm. `K x` is the derivative of the
-    /// hand-derived gradient in dual numbers. The motions are rates of all unknowns and vanish where supports hold the
-    /// rod. If the small eigenvalue problem fails, the motions themselves are returned in their order.
+    /// Eigenvalues of the form `x' K x`, J, in the space of `motions`, ascending, one per motion. Each has its
+    /// tolerance and its motion as a combination of the given ones, with coefficients of unit norm. `K x` is the
+    /// derivative of the hand-derived gradient along `x` in dual numbers. The motions are rates of all unknowns and
+    /// vanish where supports hold the rod. If the small eigenvalue problem fails, the motions themselves are returned
+    /// in their order.
     pub(crate) fn stiffnesses(
         &self,
         q: &[f64],
@@ -192,7 +194,7 @@ impl<M: Model> Discretized<'_, M> {
     }
 }
 
-/// The sum of `vectors`, each times its entry of `weights`; empty without vectors.
+/// The sum of `vectors` of one length, each times its entry of `weights`; an empty vector without vectors.
 pub(crate) fn linear_combination(vectors: &[Vec<f64>], weights: &[f64]) -> Vec<f64> {
     let mut sum = vec![0.0; vectors.first().map_or(0, Vec::len)];
     for (vector, weight) in vectors.iter().zip(weights) {

@@ -3,11 +3,13 @@
 //! Such a rod, clamped at its start and free at its end, buckles at `F L^2/(E I)` near 8 (Greenhill 1881). Far above, a
 //! descent from the standing shape to the hanging one passes many saddles, and may end in another equilibrium. Slightly
 //! above the critical load the rod bends to the side that the loads determine, and from there it follows the stable
-//! branch. At [`LIMP`] or more (without loads across the rod [`LIMP_SYMMETRIC`]) the output of `standing_loads` is an
-//! ascending list of load fractions below 1: `FIRST_LOAD` over `F L^2/(E I)`, then by factors of `LOAD_RATIO`. Where
-//! the loads determine no side, it has a displacement of `PUSH` lengths. Otherwise it is `None`, as for loads that do
-//! not push towards the clamp. So it is with moving ends, a recorded start, user-defined energies or loads without a
-//! potential. `partially_loaded_rod` returns the rod under such a fraction of gravity and loads.
+//! branch.
+//!
+//! At [`LIMP`] or more (without loads across the rod [`LIMP_SYMMETRIC`]) the output of `standing_loads` is an ascending
+//! list of load fractions below 1: `FIRST_LOAD` over `F L^2/(E I)`, then by factors of `LOAD_RATIO`. Where the loads
+//! determine no side, the rod is also displaced by `PUSH` lengths. The output is `None` for other rods: loads that do
+//! not push towards the clamp, moving ends, a recorded start, user-defined energies, contacts or tendons, and loads
+//! without a potential. `partially_loaded_rod` returns the rod under such a fraction of gravity and loads.
 
 use crate::numerics::vector::{add, dot, sub};
 use crate::problem::{Discretized, Model, Setup};
@@ -29,19 +31,20 @@ const PUSH: f64 = 1e-4;
 
 /// Load steps of a standing rod.
 pub(super) struct StandingLoads {
-    /// Fractions of the loads before the full ones, ascending.
+    /// Fractions of the full loads, ascending and below 1.
     pub parts: Vec<f64>,
-    /// Displacement across the rod at the start, over its length.
+    /// Displacement across the rod before the first step, as a fraction of its length; 0 for none.
     pub push: f64,
 }
 
 impl<M: Model> Discretized<'_, M> {
     /// The load steps from the shape `q`, as fractions of the full loads: [`FIRST_LOAD`] over `F L^2/(E I)`, then by
-    /// factors of [`LOAD_RATIO`], below 1. `F` is the size of the sum of all loads, and `E I` the softer bending
-    /// stiffness halfway along. `None` unless the rod is clamped at its start and free at its end, without motion of
-    /// the ends, recorded start, user-defined energies and loads without a potential. `None` too if the loads do not
-    /// push it towards the clamp, or `F L^2/(E I)` is below [`LIMP`] ([`LIMP_SYMMETRIC`] without loads across it, where
-    /// `push` is [`PUSH`]).
+    /// factors of [`LOAD_RATIO`], below 1. `F` is the size of the sum of all nodal loads, and `E I` the softer bending
+    /// stiffness halfway along. `push` is [`PUSH`] without loads across the rod, else 0.
+    ///
+    /// `None` unless the rod is clamped at its start and free at its end, without motion of the ends, recorded start,
+    /// user-defined energies, contacts, tendons and loads without a potential. `None` too if the loads do not push it
+    /// towards the clamp, or `F L^2/(E I)` is below [`LIMP`] ([`LIMP_SYMMETRIC`] without loads across it).
     pub(super) fn standing_loads(&self, q: &[f64]) -> Option<StandingLoads> {
         let (scene, last) = (self.scene(), self.nodes() - 1);
         let supports = &scene.supports;

@@ -1,11 +1,12 @@
 //! Construction of the [assembly](crate::rod::assembly) of a structure over any number type of its scene.
-//!
 //! [`Blueprint::new`] makes the choices that have no derivatives, in plain numbers. These are the plan (supports,
 //! bodies, springs, places of the rods), the scene of each rod alone, and one model per rod, all planar or all spatial.
 //! Planar models are tried unless `dimension` is `spatial`. With `auto`, spatial ones replace them if a planar model is
 //! an error, as where the structure leaves a plane. Without a shear modulus or Poisson's ratio of every rod that error
-//! is returned. [`Blueprint::build`] evaluates rods, bodies and springs for a scene over any number type, such as dual
-//! numbers; with `ties`, `build_tied` adds springs from points of each rod to recorded markers, and multiplies the
+//! is returned.
+//!
+//! [`Blueprint::build`] evaluates rods, bodies and springs for a scene over any number type, such as dual numbers. With
+//! `ties`, `build_tied` adds springs from points of each rod to fixed points (recorded markers), and multiplies the
 //! axial stiffness of all rods by `AXIAL_FACTOR`. The result, [`AssemblyAtRest`], has the assembly, its unknowns (m,
 //! rad) and frames at rest, and the meshes at their places.
 
@@ -239,8 +240,8 @@ impl Blueprint {
         }
     }
 
-    /// All rods in order, each as [`rod`](Self::rod) returns it from its model, own scene and mesh. The first error
-    /// ends it.
+    /// All rods in order, each as [`rod`](Self::rod) makes it from its model, own scene, mesh and ties. The first error
+    /// is returned.
     fn rods<D: Nestable, L: AssemblyLayout, M: Model<Rod<D> = L::Rod<D>>>(
         &self,
         scene: &StructureScene<D>,
@@ -256,10 +257,11 @@ impl Blueprint {
             .collect()
     }
 
-    /// Rod number `i` with its unknowns and frames at rest and its mesh. It has its point masses and weights, and the
+    /// Rod number `i` with its unknowns and frames at rest and its mesh. It has its weight and point masses, and the
     /// forces of `loads.point` of the structure on this rod, by default at its tip. The outer node of a clamped end,
-    /// behind a wall or joint, has its share of point masses only. With `ties` it has springs to markers and a larger axial
-    /// stiffness. An error for a force outside the rod, or on the outer node of a clamped end by its index.
+    /// behind a wall or joint, has only the masses that point masses put on it, not the mass of the rod. With `ties`
+    /// the rod has springs to markers and a larger axial stiffness. An error for a force outside the rod, or on the
+    /// outer node of a clamped end by its index.
     fn rod<D: Nestable, L: AssemblyLayout, M: Model<Rod<D> = L::Rod<D>>>(
         &self,
         structure: &StructureScene<D>,
@@ -336,9 +338,9 @@ impl Blueprint {
 type Joined<D, L> =
     (Vec<Member<D, L>>, Vec<D>, Vec<<L as AssemblyLayout>::RodFrames<D>>, Vec<Mesh<D>>);
 
-/// The members of an assembly of rods in order, with the ranges of their unknowns, then frames and meshes of the rods.
-/// The unknowns are those of all rods, each padded with zeros to a multiple of `L::STRIDE`, then the coordinates `z` of
-/// bodies and springs. `held` returns the carried and fixed nodes of a rod.
+/// The members of an assembly of rods in order, with the ranges of their unknowns, then the unknowns, frames and
+/// meshes. The unknowns are those of all rods, each padded with zeros to a multiple of `L::STRIDE`, then the
+/// coordinates `z` of bodies and springs. `held` returns the nodes of a rod that bodies carry and walls hold.
 fn joined<D: Nestable, L: AssemblyLayout>(
     rods: Vec<PlacedRod<D, L>>,
     mut z: Vec<D>,

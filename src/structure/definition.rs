@@ -3,11 +3,12 @@
 //! [`Structure::new`] validates a scene of rods, bodies and joints and builds its assembly at rest, without the
 //! deformation by loads. An invalid scene is an error with file and key. `at_rest_over` returns the assembly over
 //! another number type, such as dual numbers, for derivatives. `with_derivatives` selects hand-derived or dual-number
-//! derivatives for simulations only. `at_rest` is the assembly in plain numbers, `parts` are the scenes of the single
-//! rods. `length` is the sum of the lengths of all rods, m. `bending_frequency_squared`, 1/s^2, is the smallest one of
-//! all rods over that length. `rounding_frequency_squared` is a threshold for motions without resistance.
-//! `negligible_stiffness`, N/m or N m per unknown, counts as zero. `segments` and `dof` are the numbers of edges and of
-//! unknowns that move. Equilibria, modes and simulations of the structure are methods in other modules.
+//! derivatives for simulations only.
+//!
+//! Scales for thresholds, with L the sum of the lengths of all rods, m: `bending_frequency_squared` is the smallest `E
+//! I/(rho A L^4)` of all rods, 1/s^2. Squared frequencies up to `rounding_frequency_squared` may be rounding errors. A
+//! stiffness up to `negligible_stiffness`, N/m (N m for angles) per unknown, counts as zero. Equilibria, modes and
+//! simulations of the structure are methods in other modules.
 
 use crate::energy::Derivatives;
 use crate::error::Error;
@@ -94,8 +95,9 @@ impl Structure {
         Self { derivatives, ..self }
     }
 
-    /// Rejects a `[time]` that ends after the recording that moves the ends, where their motion is unknown. Fits simulate
-    /// up to the last sample only.
+    /// Rejects a `[time]` that ends more than a step after the recording that moves the ends, where their motion is
+    /// unknown. Accepted without `[time]`, without a recording and if no end follows it. Fits simulate up to the last
+    /// sample only, and need no such check.
     ///
     /// # Errors
     /// [`Error::Invalid`] with the key `time.end`.
@@ -180,11 +182,11 @@ impl Structure {
         10.0 * f64::EPSILON * (nodes as f64).powi(2) * speed / self.length().powi(2)
     }
 
-    /// Stiffness of every unknown that counts as none: N/m, and N m for angles of edges in space. It is zero for
-    /// unknowns without effect (carried, fixed, gaps) and those of recorded ends. It is the mass of the unknown times
-    /// `f (E I/(rho A L^4))`, with the smallest such square of a frequency. The factor f is [`NEGLIGIBLE`] plus
-    /// rounding errors `10 eps n^4` for `n` nodes in all. For angles of edges it is `f G J/L` over the number of edges
-    /// of the rod, with the length L of all rods.
+    /// Stiffness of every unknown that counts as none: N/m, and N m for angles of edges in space. It is `f` times the
+    /// mass of the unknown times the smallest `E I/(rho A L^4)` of all rods; `f` is [`NEGLIGIBLE`] plus rounding errors
+    /// `10 eps n^4` for `n` nodes in all. For angles of edges it is `f G J/L` over the number of edges of the rod, with
+    /// the length L of all rods. It is zero for unknowns without effect (carried, fixed, gaps) and those of recorded
+    /// ends.
     pub(super) fn negligible_stiffness(&self) -> Vec<f64> {
         let nodes: usize = self.at_rest.meshes.iter().map(|mesh| mesh.nodes.len()).sum();
         // Rounding errors grow with the condition of bending, the fourth power of the number of

@@ -2,13 +2,14 @@
 //!
 //! The [descent](crate::statics::Descent) starts from the rest shape, under the full loads. Recorded ends are moved to
 //! their markers at t = 0 in stages of at most `LARGEST_SHIFT` lengths of the structure, with a descent after each.
+//! [`Structure::equilibrium`] returns a [`StructureEquilibrium`] with shape, m, energies, J, counts of unstable and
+//! marginal motions, iterations and the largest unbalanced force, N; its `summary` is text. Unstable equilibria are
+//! results too. No equilibrium, and a singular tangent, are errors.
+//!
 //! Stability follows from the eigenvalues of the tangent in units of the negligible stiffness of each unknown. Those
 //! below -1 are motions that lower the energy, those between -1 and 1 marginal ones. In a plane only motions in the
 //! plane are examined. Straight round rods without a clamped end spin without resistance in space; they are counted
-//! separately, not as marginal. [`Structure::equilibrium`] returns a [`StructureEquilibrium`] with shape, m, energies,
-//! J, these counts, iterations and the largest unbalanced force, N; unstable ones are results too. No equilibrium, and
-//! a singular tangent, are errors. Its `summary` is text. `equilibrium_state` returns unknowns and frames alone,
-//! `rest_state` those at rest, `pencil` tangent and masses at a state.
+//! separately, not as marginal.
 
 use crate::code::Code;
 use crate::energy::Derivatives;
@@ -96,8 +97,8 @@ impl Structure {
     }
 
     /// Indices of the rods in space whose spin about themselves meets no resistance. These are straight at rest and
-    /// round (second moments halfway equal within 1e-9), without a clamped end: each end is free or pinned. Empty in a
-    /// plane.
+    /// round (second moments halfway along equal within 1e-9), without a clamped end: each end is free or pinned. Empty
+    /// in a plane.
     fn spinning_rods(&self) -> impl Iterator<Item = usize> {
         let is_round = |scene: &Scene| {
             let [i1, i2] = scene.at(0.5).0.moments().second_moments;
@@ -117,7 +118,8 @@ impl Structure {
 
     /// Unknowns and frames of the equilibrium, by a descent from the rest shape, with the number of iterations and the
     /// largest unbalanced force, N. Springs of the negligible stiffness hold the angles of rods that spin freely.
-    /// Recorded ends are moved in stages to their markers at t = 0. Hand-derived derivatives are taken. An error where
+    /// Recorded ends are moved in stages to their markers at t = 0. Derivatives are the hand-derived ones. An error
+    /// where
     /// a descent finds no equilibrium, or one in which a spring in space is rotated too far.
     pub(super) fn equilibrium_state(&self) -> Result<EquilibriumState<AssemblyFrames<f64>>, Error> {
         let negligible = self.negligible_stiffness();
@@ -172,9 +174,9 @@ impl Structure {
         }
     }
 
-    /// The pencil `K - s M` of the tangent K at a `state`, with hand-derived derivatives, over all unknowns. M has the
-    /// entries of `mass`, kg or another weight. Entries of unknowns without effect (carried, fixed, gaps) and of
-    /// recorded ends are set to zero.
+    /// The pencil `(K, M)` with the tangent K at a `state`, by hand-derived derivatives, over all unknowns. M is the
+    /// diagonal `mass`, kg or another weight, with zeros for unknowns without effect (carried, fixed, gaps) and for
+    /// recorded ends.
     pub(super) fn pencil(
         &self,
         state: &EquilibriumState<AssemblyFrames<f64>>,

@@ -3,12 +3,12 @@
 //! At a clamped end (at a wall, a rigid joint or a spring) the two outermost nodes are held, and in space the angle of
 //! their edge. At a pinned end it is one node. Nodes at a wall become [`FixedNode`]s with their position at rest. Those
 //! on a body become an [`Attachment`] with the arm of each node, m: from the center of the body, in the axes of the
-//! body at rest. With a rotational spring the arm is divided at the wall into one on the body and one on the clamp. In
-//! space an attachment with a clamped end also has tangent and director of the edge. Input: the plan, a rod at rest,
-//! and the centers (m) and axes of the bodies. Output: [`HeldNodes`] of this rod, in the order of its ends; free and
-//! recorded ends have none.
+//! body at rest. With a rotational spring there are two arms: from the center of the body to the wall, and from the
+//! wall to the node, in the axes of the clamp. In space an attachment with a clamped end also has tangent and director
+//! of the edge.
 //!
-//! `planar_held_nodes` and `spatial_held_nodes` return the nodes of one rod that bodies carry, and those at walls.
+//! Input: the plan, a rod at rest, and the centers (m) and axes of the bodies. Output: [`HeldNodes`] of this rod, in
+//! the order of its ends; free and recorded ends have none.
 
 use crate::numerics::scalar::Nestable;
 use crate::numerics::vector::sub;
@@ -27,7 +27,8 @@ pub(super) struct HeldNodes<P> {
     pub fixed: Vec<FixedNode<P>>,
 }
 
-/// A carried end of a rod.
+/// End of a rod that a body carries: index of the end (0 start, 1 end), of the body, and of the spring, if there is
+/// one.
 #[derive(Clone, Copy)]
 struct CarriedEnd {
     end: usize,
@@ -36,9 +37,9 @@ struct CarriedEnd {
 }
 
 /// The nodes of rod `i` that bodies carry and walls hold, in the order of the ends. A clamped end has two nodes, a
-/// pinned end one, a free or recorded end none. In space the first of two nodes also holds the angle of the edge after
-/// it. `arms` returns the arms, m, of a node on body and clamp; `edge` returns the outer edge of a carried clamped end,
-/// none in a plane.
+/// pinned end one, a free or recorded end none. In space the first of the two nodes of a clamped end also holds the
+/// angle of the edge after it. `arms` returns the arms, m, of a node on body and on clamp; `edge` returns the outer
+/// edge of a clamped end on a body, none in a plane.
 fn held_nodes<D: Nestable, L: AssemblyLayout>(
     plan: &StructurePlan,
     i: usize,
@@ -83,9 +84,9 @@ fn held_nodes<D: Nestable, L: AssemblyLayout>(
     HeldNodes { attachments, fixed }
 }
 
-/// The nodes of the ends of rod `i` in a plane that bodies with these `centers`, m, carry, and those at walls: one node
-/// of a hinged end, two of a clamped one. With a rotational spring, the arm is divided at the wall into that on the
-/// body and that on the clamp; else the second arm is zero.
+/// The nodes of rod `i` in a plane that bodies with these `centers`, m, carry, and those at walls: one node of a hinged
+/// end, two of a clamped one. The first arm of a node on a body, m, is from the center to the node, the second zero.
+/// With a rotational spring the first one is from the center to the wall, the second from the wall to the node.
 pub(super) fn planar_held_nodes<D: Nestable>(
     plan: &StructurePlan,
     i: usize,
@@ -104,10 +105,10 @@ pub(super) fn planar_held_nodes<D: Nestable>(
     held_nodes(plan, i, own, arms, |_| None)
 }
 
-/// The nodes of the ends of rod `i` in space that bodies carry, and those at walls: one of a hinged end, two of a
-/// clamped one with the angle of their edge. Arms, m, and the tangent and director of a carried edge are in the axes of
-/// the body at rest. With a spring, the second arm and the edge are in the axes of the clamp at rest, and the first arm
-/// ends at the wall.
+/// The nodes of rod `i` in space that bodies carry, and those at walls: one of a hinged end, two of a clamped one with
+/// the angle of their edge. The arm, m, from the center of the body to a node, and tangent and director of a carried
+/// edge are in the axes of the body at rest. With a spring the first arm ends at the wall; the second one, from the
+/// wall to the node, and the edge are in the axes of the clamp at rest.
 pub(super) fn spatial_held_nodes<D: Nestable>(
     plan: &StructurePlan,
     i: usize,

@@ -5,10 +5,12 @@
 //! the outer edge of a clamped end, of which the one behind the joint has point masses only. The mass of a sprung clamp
 //! counts at the joint, with its moment of inertia about it: an error of second order in the length of an edge, with
 //! which all masses are constant and diagonal. Center, m, and moment of inertia, kg m^2, are those of the sum; weight
-//! and point forces act at the body's own center. [`BodiesAtRest`] has the bodies, the springs, the centers of mass,
-//! and the coordinates at rest, m (rotations as angle times radius of gyration, zero at rest). A rotating joint without
-//! a moment of inertia is an error. So is a spring compliance below `LEAST_COMPLIANCE` over the bending stiffness of
-//! the rod's outermost joint.
+//! and point forces act at the body's own center.
+//!
+//! [`BodiesAtRest`] has the bodies, the springs, the centers of mass, and the coordinates at rest, m: two of the
+//! center, and the angle times the radius of gyration, which is zero at rest. A rotating joint without a moment of
+//! inertia is an error. So is a spring compliance below `LEAST_COMPLIANCE` over the bending stiffness of the rod's
+//! outermost joint.
 
 use crate::error::{Error, ensure};
 use crate::numerics::scalar::{Nestable, Scalar};
@@ -27,7 +29,7 @@ pub(super) struct BodiesAtRest<D> {
     pub bodies: Bodies<D>,
     /// Centers of mass, m.
     pub centers: Vec<[D; 2]>,
-    /// The coordinates of all bodies and springs, m.
+    /// The coordinates of all bodies and springs, m; rotations, zero at rest, are angles times a length.
     pub z: Vec<D>,
 }
 
@@ -39,7 +41,7 @@ struct CarriedMass<D> {
     inertia: D,
 }
 
-/// The scalar products of a vector of the world with the x and y axes of a plane.
+/// Components of a vector of the world along the x and y axes of a plane: its scalar products with both.
 fn in_plane<D: Scalar>(plane: &Plane, vector: [D; 3]) -> [D; 2] {
     [plane.x, plane.y].map(|axis| vector[0] * axis.x + vector[1] * axis.y + vector[2] * axis.z)
 }
@@ -67,9 +69,9 @@ fn inertia_about_normal<D: Scalar>(body: &RigidBody<D>, plane: &Plane) -> D {
 
 impl<D: Nestable> BodiesAtRest<D> {
     /// The bodies of a plan with their carried masses of these `rods`, their loads, and the springs of the plan. A body
-    /// has center, m, mass, and the moment of inertia about its center. A joint that does not rotate (hinged) has none.
-    /// A body of the scene has its weight and the forces of `loads.point` on it, which act at its own center of mass.
-    /// `z` has the centers at rest; rotations are zero, in m: angle times the radius of gyration.
+    /// has mass, center, m, and the moment of inertia about its center, kg m^2; one that does not rotate (a hinged
+    /// joint) has no moment of inertia. A body of the scene has its weight and the forces of `loads.point` on it, N,
+    /// which act at its own center of mass. `z` has the centers at rest, m, and zero rotations.
     ///
     /// # Errors
     /// [`Error::Invalid`] for a rigid joint without a moment of inertia, and a spring that is too stiff for the rod
@@ -159,9 +161,10 @@ impl<D: Nestable> BodiesAtRest<D> {
     }
 }
 
-/// The spring number `spring` of a plan, for a clamp with the moment of inertia `inertia`, kg m^2, about the joint.
-/// `length`, m, is the scale of the coordinate of its rotation. Stiffness, N m/rad, is the reciprocal of the first
-/// compliance of the joint, with the rest angle of the scene; 1 and 0 for other kinds of joints.
+/// The spring number `spring` of a plan, for a clamp with the moment of inertia `inertia`, kg m^2, about the joint. The
+/// coordinate of its rotation is the angle times `length`, m. The stiffness, N m/rad, is the reciprocal of the
+/// compliance of the joint (the first of three); rest angle and damping are those of the joint. For other kinds of
+/// joints they are 1, 0 and 0.
 fn joint_spring<D: Nestable>(
     plan: &StructurePlan,
     scene: &StructureScene<D>,
@@ -186,8 +189,8 @@ fn joint_spring<D: Nestable>(
 }
 
 /// Rejects a spring so much stiffer than the joint of the rod beside it that the tangent loses the stiffness of the
-/// rod. Its first compliance must be at least [`LEAST_COMPLIANCE`] over the bending stiffness, N m, of the outermost
-/// joint at this `end`. `Ok` for joints without springs.
+/// rod. Its compliance (the first of three), rad/(N m), must be at least [`LEAST_COMPLIANCE`] over the bending
+/// stiffness, N m, of the outermost joint at this `end` (0 start, 1 end). `Ok` for joints that are no springs.
 fn check_compliance<D: Nestable>(
     plan: &StructurePlan,
     scene: &StructureScene<D>,

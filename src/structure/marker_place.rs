@@ -1,8 +1,9 @@
-//! Places of recorded markers on a structure at rest, and the relaxed structure in the first two frames of a recording.
+//! Data of the recorded start of a structure in space: places of recorded markers on a structure at rest, and the
+//! relaxed structure in the first two frames of a recording.
 //!
 //! [`MarkerPlace`] has the rod of a marker, its arc length and its position at rest, m, its index in the track, and
-//! whether a recorded end holds it. [`RelaxedFrames`] has the unknowns (m, rad) in both frames, measured from one
-//! common pose. The recorded start of a structure in space passes these data between its steps.
+//! whether a recorded end holds it. [`RelaxedFrames`] has the unknowns (m, rad) of both frames, whose angles are
+//! measured from one common pose.
 
 use crate::numerics::vector::Vector;
 use crate::rod::assembly::AssemblyFrames;

@@ -4,9 +4,11 @@
 //! masses M. It returns the given number of lowest eigenpairs ([`StructureModes`]), ascending: `w` in rad/s, and
 //! displacements of all rod nodes in world axes, the longest of length 1. Squared frequencies within rounding errors of
 //! zero become zero. An unstable mode (negative square) has minus its growth rate, 1/s, as the frequency. A warning
-//! follows if rounding errors of fine meshes affect the frequencies; the summary is a table. `natural_frequencies_over`
-//! returns the first frequencies, rad/s, over dual numbers (exact first derivatives), about the equilibrium. It skips
-//! free motions. An unstable structure, one with fewer modes than requested, and one in space are errors there.
+//! follows if rounding errors of fine meshes affect the frequencies; the summary is a table.
+//!
+//! `natural_frequencies_over` returns the first frequencies, rad/s, about the equilibrium over another number type,
+//! with exact first derivatives. Motions without resistance are skipped. An unstable structure, one with fewer modes
+//! than requested, and one in space are errors there.
 
 use crate::energy::Derivatives;
 use crate::error::{Error, ensure};
@@ -59,11 +61,12 @@ pub struct StructureModes {
 }
 
 impl Structure {
-    /// Angular frequencies, rad/s, of the first `count` modes with stiffness about the equilibrium, over another number
-    /// type. `seed` returns the number of a path, value and quantity of the scene. The structure must be in a plane.
+    /// Angular frequencies, rad/s, of the first `count` modes with stiffness about the equilibrium, ascending, over
+    /// another number type. `seed` returns the number over `D` of a path, value and quantity of the scene. The
+    /// structure must be in a plane.
     ///
-    /// A squared frequency is the Rayleigh quotient of its mode, whose own change has no first-order effect. First
-    /// derivatives are exact, second ones are not.
+    /// A squared frequency is the Rayleigh quotient `x' K x/x' M x` of its mode x, whose own change has no first-order
+    /// effect. First derivatives are exact, second ones are not.
     ///
     /// # Errors
     /// Those of [`equilibrium`](Self::equilibrium), iterations that do not converge, unstable or missing modes, and a

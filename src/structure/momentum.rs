@@ -3,8 +3,8 @@
 //!
 //! Masses of carried and fixed nodes are left out: bodies include those of carried nodes, and walls hold the fixed
 //! ones. Rotational momenta of bodies and sprung clamps are included, in space also spins of free edges about their
-//! tangents. `StructureMotion::momentum` returns two components and the angular one in the axes of the plane, NaN
-//! for a structure in space. `Simulation::momentum_in_space` returns two vectors in world axes, None in a plane.
+//! tangents. `StructureMotion::momentum` returns two components and the angular momentum in the axes of the plane, NaN
+//! for a structure in space. `Simulation::momentum_in_space` returns two vectors in world axes, `None` in a plane.
 //! Tests of conservation use them.
 
 use crate::dynamics::Simulation;
@@ -19,8 +19,8 @@ use crate::structure::structure_motion::StructureMotion;
 type AssemblyState = State<f64, AssemblyFrames<f64>>;
 
 /// Linear momentum along x and y of the plane, kg m/s, and angular momentum about the origin of the plane, kg m^2/s.
-/// Summed are free nodes, centers of bodies, and rotations of bodies and springs (inertia times rate); nodes that are
-/// carried or fixed are left out.
+/// Summed are `m v` and `x m v_y - y m v_x` of free nodes and centers of bodies, and inertia times rate of rotations of
+/// bodies and springs. Nodes that are carried or fixed are left out.
 fn planar_momentum(rods: &JoinedRods<f64, Plane>, state: &AssemblyState) -> [f64; 3] {
     let tied: Vec<usize> = rods.unknowns_without_effect().collect();
     let mut sum = [0.0; 3];
@@ -48,9 +48,9 @@ fn planar_momentum(rods: &JoinedRods<f64, Plane>, state: &AssemblyState) -> [f64
     sum
 }
 
-/// Linear momentum, kg m/s, and angular momentum about the origin of the world, kg m^2/s, in world axes. Summed are
-/// free nodes, spins of free edges along their tangents, centers of bodies, and rotations of bodies and springs.
-/// Products of inertia, which are zero in value, are left out.
+/// Linear momentum, kg m/s, and angular momentum about the origin of the world, kg m^2/s, in world axes. Summed are `m
+/// v` and `x` cross `m v` of free nodes and centers of bodies, spins of free edges along their tangents, and rotations
+/// of bodies and springs in their principal axes. Nodes that are carried or fixed are left out.
 fn spatial_momentum(rods: &JoinedRods<f64, Space>, state: &AssemblyState) -> [Vector<f64>; 2] {
     let tied: Vec<usize> = rods.unknowns_without_effect().collect();
     let mut sums = [[0.0; 3]; 2];

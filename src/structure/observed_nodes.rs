@@ -4,11 +4,11 @@
 //! `[[bodies]]`: its center of mass `c` without the carried masses, and the points `c + R e` at one meter from it. Here
 //! `e` are the three world axes and `R` is the rotation from rest. A point at the offset `o` is `c + R o`, with the
 //! weights `1 - sum o` and `o`. In space bodies have no nodes, and a point of a body is an error, as are unknown names
-//! and points off the rod. [`StructureNodes::stencil`] returns nodes and weights of a point, `around` the nodes on
-//! which it depends for slightly different lengths too. `rod_nodes` is the number of nodes of rods; `count` adds four
-//! for each body in a plane, and none in space. `nodes_over` is over another number type. `plane_axes` are the axes of
-//! the plane, none in space (`is_spatial`). [`Structure::node_motions`] returns position, m, and velocity, m/s, of
-//! every node in world axes; nodes that bodies carry are placed by these.
+//! and points off the rod.
+//!
+//! [`StructureNodes::stencil`] returns nodes and weights of a point, `around` the nodes on which it depends for
+//! slightly different lengths too. [`Structure::node_motions`] returns position, m, and velocity, m/s, of every node in
+//! world axes, in the order of their numbers. Nodes that bodies carry are placed by these.
 
 use crate::error::{Error, ensure};
 use crate::numerics::scalar::{Nestable, Scalar};
@@ -26,7 +26,7 @@ use nalgebra::Vector3;
 /// Number of nodes of a body.
 const NODES_OF_BODY: usize = 4;
 
-/// Positions and velocities in world axes, m and m/s.
+/// Position, m, and velocity, m/s, in world axes.
 pub type NodeMotion<D> = [[D; 3]; 2];
 
 /// Meshes of all rods and names of all bodies of a structure, which give the stencil of a point.
@@ -69,8 +69,8 @@ impl<D: Scalar> StructureNodes<'_, D> {
         }
     }
 
-    /// Indices of the nodes on which a point depends, for these lengths of rods and slightly different ones; some may
-    /// be listed twice.
+    /// Indices of the nodes on which a point of a rod depends, for these lengths of rods and slightly different ones;
+    /// some may be listed twice. Those of a point of a body are its four nodes.
     ///
     /// # Errors
     /// As [`stencil`](Self::stencil).
@@ -83,7 +83,7 @@ impl<D: Scalar> StructureNodes<'_, D> {
         Ok(own.chain(around.map(|node| first + node)).collect())
     }
 
-    /// Number of nodes of the rods before `rod`.
+    /// Number of nodes of the rods before the one with the index `rod`, which is the index of its first node.
     fn first_node(&self, rod: usize) -> usize {
         self.meshes[..rod].iter().map(|mesh| mesh.nodes.len()).sum()
     }
@@ -101,7 +101,8 @@ impl<D: Scalar> StructureNodes<'_, D> {
 }
 
 impl Structure {
-    /// The nodes of this structure at rest, with the meshes and names that give the stencils of points.
+    /// The meshes at rest and the names of rods and bodies of this structure, from which nodes and weights of points
+    /// follow.
     pub fn nodes(&self) -> StructureNodes<'_> {
         let (meshes, is_spatial) = (self.at_rest.meshes.clone(), self.is_spatial());
         StructureNodes { scene: &self.scene, meshes, is_spatial }
@@ -121,8 +122,8 @@ impl Structure {
     }
 
     /// Positions, m, and velocities, m/s, of all nodes of an assembly of this structure in world axes, from its
-    /// unknowns `q`, m, their rates `v`, m/s, and its frames. In a plane those of bodies follow those of rods; in space
-    /// bodies have no nodes.
+    /// unknowns `q`, m (rad for angles), their rates `v`, 1/s of these, and its frames. In a plane those of bodies
+    /// follow those of rods; in space bodies have no nodes.
     pub fn node_motions<D: Nestable>(
         &self,
         assembly: &Assembly<D>,
@@ -192,13 +193,15 @@ impl Structure {
     }
 }
 
-/// A vector of the plane, m, after a rotation by an angle, in world axes.
+/// The vector with the components `x` and `y`, m, in the axes of the plane after a rotation by `angle`, rad, in world
+/// axes.
 fn axes_rotated<D: Scalar>(plane: &Plane, [x, y]: [D; 2], angle: D) -> [D; 3] {
     let (cosine, sine) = (angle.cos(), angle.sin());
     plane.direction_to_world([cosine * x - sine * y, sine * x + cosine * y])
 }
 
-/// The unit vector along a world axis after a rotation by an angle about a unit `normal` (Rodrigues).
+/// The unit vector along the world axis with the index `axis` after a rotation by `angle`, rad, about the unit vector
+/// `normal`, in world axes (Rodrigues).
 fn rotated_axis<D: Scalar>(normal: &Vector3<f64>, axis: usize, angle: D) -> [D; 3] {
     let unit = Vector3::ith(axis, 1.0);
     let along = normal * normal.dot(&unit);

@@ -2,14 +2,16 @@
 //!
 //! The mesh of each rod is shifted, without rotation, to its origin (zero without one), or so that its end is at
 //! another point of a joint. The point of a clamped end is the middle of its outer edge; of a pinned end it is its
-//! outer node. That of a body is its position plus the offset. [`check_joints`] rejects joints with a point farther
-//! from their first point than `JOINT_TOLERANCE` times the length of the longest rod; body points without an offset are
-//! not compared. [`common_plane`] returns the plane of all nodes, gravity, point forces, body positions and recorded
-//! positions of ends. It is an error, with the key, if one of them leaves it; offsets must be in that plane, hinge axes
-//! and a principal axis of each body normal to it. Springs with numbers for three axes are errors too.
-//! [`placed_meshes`] returns the shifted meshes. `PlacedRod::wall` is the middle of the outer edge of an end.
-//! [`end_nodes`] are the two outermost nodes of an end, [`end_point`] is its point in a joint. [`PlacedRod`] is a rod
-//! at its place, with the position, m, and the mass, kg, of its nodes.
+//! outer node ([`end_point`]). That of a body is its position plus the offset. [`placed_meshes`] returns the shifted
+//! meshes. [`check_joints`] rejects joints with a point farther from their first point than `JOINT_TOLERANCE` times the
+//! length of the longest rod; body points without an offset are not compared.
+//!
+//! [`common_plane`] returns the plane of all nodes, gravity, point forces, body positions and recorded positions of
+//! ends. It is an error, with the key, if one of them leaves it. Offsets must be in that plane; hinge axes and a
+//! principal axis of each body must be normal to it. Springs with numbers for three axes are errors too.
+//!
+//! [`PlacedRod`] is a rod at its place, with the position, m, and the mass, kg, of its nodes; the wall of a clamped end
+//! is the middle of its outer edge.
 
 use crate::error::Error;
 use crate::numerics::scalar::{Nestable, Scalar};
@@ -31,8 +33,8 @@ const PLANE_TOLERANCE: f64 = 1e-9;
 /// Largest angular momentum out of the plane of a body that turns in it, over that in it. Angles are often given with
 /// four digits.
 const MOMENTUM_TOLERANCE: f64 = 1e-3;
-/// Distance of a recorded marker from the first node, over the length of the longest rod, below which its direction from
-/// there is a rounding error.
+/// Distance of a recorded marker from the first node, over the length of the longest rod, below which its direction
+/// from there is a rounding error.
 const AT_NODE: f64 = 1e-6;
 
 /// A rod over a number type, at its place.
@@ -51,7 +53,7 @@ impl<D: Nestable, L: AssemblyLayout> PlacedRod<D, L> {
         L::place(|c| self.q[L::STRIDE * i + c])
     }
 
-    /// Number of nodes.
+    /// Number of nodes of the rod.
     pub fn nodes(&self) -> usize {
         self.q.len().div_ceil(L::STRIDE)
     }
@@ -61,14 +63,15 @@ impl<D: Nestable, L: AssemblyLayout> PlacedRod<D, L> {
         self.rod.mass()[L::STRIDE * i]
     }
 
-    /// The middle of the outer edge at rest of an end, 0 (start) or 1, m, in the axes of the model.
+    /// The middle of the outer edge of an end (0 start, 1 end) at rest, m, in the axes of the model.
     pub fn wall(&self, end: usize) -> L::Place<D> {
         let [outer, inner] = end_nodes(self.nodes(), end).map(|i| L::STRIDE * i);
         L::place(|c| (self.q[outer + c] + self.q[inner + c]) * 0.5)
     }
 }
 
-/// Indices of the outermost node of an end (0 start, else end) of a rod with `n` nodes, and of the node next to it.
+/// Indices of the outermost node of an end (0 start, else end) of a rod with `n` nodes, at least two, and of the node
+/// next to it.
 pub(super) fn end_nodes(n: usize, end: usize) -> [usize; 2] {
     if end == 0 { [0, 1] } else { [n - 1, n - 2] }
 }
@@ -83,9 +86,10 @@ pub(super) fn end_point<D: Scalar>(nodes: &[Vector<D>], end: usize, support: Sup
     }
 }
 
-/// The mesh of every rod, in order, shifted to its place in the order of the plan. A rod is at `origin`, or at zero
-/// without one, or its end is at another point of a joint. If that point is of a body without an offset, the shift is
-/// zero. `scenes` are those of the single rods. Errors are those of [`Scene::mesh`].
+/// The mesh of every rod, in order, shifted to its place; places are computed in the order of the plan. A rod with the
+/// placement `Origin` is shifted by its `origin`, or zero without one. Another one is shifted so that its end is at
+/// another point of a joint; the shift is zero if that point is of a body without an offset. `scenes` are those of the
+/// single rods. Errors are those of [`Scene::mesh`].
 pub(super) fn placed_meshes<D: Scalar>(
     plan: &StructurePlan,
     structure: &StructureScene<D>,
@@ -158,9 +162,9 @@ pub(super) fn check_joints(
     Ok(())
 }
 
-/// The plane through all nodes of the rods, gravity, point forces, positions of bodies and, at all frames, of the markers
-/// that recorded ends follow ([`Plane::through`]). A structure on one line takes the plane with the first `up` of a
-/// section. An error, with the key, for a quantity that leaves the plane. Offsets of joints may leave it by
+/// The plane through all nodes of the rods, gravity, point forces, positions of bodies and, at all frames, of the
+/// markers that recorded ends follow ([`Plane::through`]). A structure on one line takes the plane with the first `up`
+/// of a section. An error, with the key, for a quantity that leaves the plane. Offsets of joints may leave it by
 /// [`PLANE_TOLERANCE`] of the longest rod. Axes of hinges and one principal axis of each body must be normal to it, and
 /// springs must have one number for all axes.
 pub(super) fn common_plane(structure: &StructureScene, meshes: &[Mesh]) -> Result<Plane, Error> {
@@ -237,8 +241,9 @@ pub(super) fn common_plane(structure: &StructureScene, meshes: &[Mesh]) -> Resul
     Ok(plane)
 }
 
-/// Whether a rotation of the body about the unit vector `normal` has an angular momentum that leaves this direction, by
-/// more than [`MOMENTUM_TOLERANCE`] of it: none of its principal axes is normal to the plane, and their moments differ.
+/// Whether a rotation of the body about the unit vector `normal` has an angular momentum with a component across it
+/// above [`MOMENTUM_TOLERANCE`] of that along it. This is so if no principal axis is along `normal` and the moments
+/// differ. False for one moment of inertia.
 fn is_tilted(body: &RigidBody, normal: Vector<f64>) -> bool {
     let PerAxis::Three(principal) = body.inertia else { return false };
     let back = body.orientation.map_or([0.0; 3], |turn| turn.map(|c| -c));

@@ -5,14 +5,14 @@
 //! free, recorded, at a wall, or on a body. A wall or body holds its direction (clamped), or not (pinned), a body also
 //! through a spring. A joint without a body of `[[bodies]]` gets a body of its own, which does not rotate if its ends
 //! are pinned. Coordinates of bodies and springs are numbered for a small envelope of the tangent (reverse
-//! Cuthill-McKee). Each rod is placed by its origin, or by the first joint to a placed rod or a body with an offset.
-//! The first rod is at zero without an origin. Joints of one body without offsets are at one point. Errors: roller
-//! supports, ends held twice, joints with two bodies or fewer than two entries, and springs (or hinges in space) whose
-//! body is not the first entry. So are rods that nothing places, and rods or bodies without joint and support.
+//! Cuthill-McKee).
 //!
-//! `Placement` is the place of a rod, by itself or by a joint, and `EndSupport` the support of an end. `BodyPlan` is a
-//! body or the common pose of a joint, `SpringPlan` a rotational spring or hinge, and `JointPoint` an end of a rod or a
-//! point of a body.
+//! Each rod is placed by its origin, or by the first joint to a placed rod or a body with an offset. The first rod is
+//! at zero without an origin. Joints of one body without offsets are at one point.
+//!
+//! Errors: roller supports, unknown names, ends held twice, joints with two bodies or fewer than two entries, and
+//! springs (or hinges in space) whose body is not the first entry. So are rods that nothing places, and rods or bodies
+//! without joint and support.
 
 use crate::error::{Error, ensure};
 use crate::numerics::envelope::reverse_cuthill_mckee;
@@ -22,13 +22,13 @@ use crate::scene::structure::{JointEnd, StructureJoint, StructureScene};
 /// Support of an end of a rod.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum EndSupport {
-    /// Nothing.
+    /// Nothing holds the end.
     Free,
-    /// A wall, with the direction or without.
+    /// A wall holds the end: position and direction, or position alone (`pinned`).
     Wall { pinned: bool },
-    /// A body, with the direction or without, or with an elastic moment.
+    /// A body holds the end: position and direction, position alone (`pinned`), or the direction by a spring.
     Body { body: usize, spring: Option<usize>, pinned: bool },
-    /// Recorded markers, by the index of the support.
+    /// The end follows recorded markers; the number is the index of the support.
     Recorded(usize),
 }
 
@@ -164,7 +164,8 @@ impl StructurePlan {
         Ok(plan)
     }
 
-    /// Sets the hold of an end, `(rod, end)`. An error, with `key`, if a joint or support holds it already.
+    /// Sets the support `hold` of an end, `(rod, end)`. An error, with `key`, if a joint or another support holds it
+    /// already.
     fn hold(
         &mut self,
         scene: &StructureScene,
@@ -179,10 +180,11 @@ impl StructurePlan {
         Ok(())
     }
 
-    /// Adds joint `number` of the scene: its points, and the hold of each rod end that it connects. It acts on the body
-    /// that it names, or a new one, which does not rotate if the ends are pinned. Pinned are those of a ball, and of a
-    /// hinge in a plane. Springs, and hinges in space, add a spring for each entry after the first. Errors: fewer than
-    /// two entries, two bodies, an end held twice, and a spring whose body is not the first entry.
+    /// Adds joint `number` of the scene: its points, and the support of each rod end that it connects. The ends are
+    /// held by the body that the joint names, or by a new one, which does not rotate if they are pinned. The ends of a
+    /// ball are pinned, and of a hinge in a plane. Springs, and hinges in space, add a spring for each rod end after
+    /// the first entry. Errors: fewer than two entries, two bodies, an end held twice, and a spring whose body is not
+    /// the first entry.
     fn add_joint(
         &mut self,
         scene: &StructureScene,
@@ -248,9 +250,9 @@ impl StructurePlan {
         Ok(())
     }
 
-    /// Numbers the coordinates of bodies and springs, those of bodies with a common rod near each other (reverse
-    /// Cuthill-McKee). A point has 2 in a plane, 4 in space; a rotating body 3 and 8; a spring 1 and 4, after its body.
-    /// In space every fourth one has no effect. Sets their sum, `coordinates`.
+    /// Numbers the coordinates of bodies and springs; those of bodies with a common rod are near each other (reverse
+    /// Cuthill-McKee). A body that does not rotate has 2 in a plane and 4 in space; a rotating body 3 and 8; a spring 1
+    /// and 4, after its body. In space every fourth one has no effect. Their sum becomes `coordinates`.
     fn number_coordinates(&mut self, in_space: bool) {
         // Coordinates of a point, of a rotating body and of a clamp; in space with gaps.
         let [point, body_size, clamp] = if in_space { [4, 8, 4] } else { [2, 3, 1] };
@@ -274,9 +276,9 @@ impl StructurePlan {
         }
     }
 
-    /// The end of a placed rod in any joint with the body of `points` in which that body has no offset: all such joints
-    /// are at one point. None without a body among `points`, or without such a rod. `placed` states for each rod
-    /// whether it has a place.
+    /// The end of a placed rod at the point of the body that is among `points`: of the first joint with this body,
+    /// without an offset there, and with a placed rod. All such joints of a body are at one point. None without a body
+    /// among `points`, or without such a joint. `placed` states for each rod whether it has a place.
     fn at_body(
         &self,
         scene: &StructureScene,

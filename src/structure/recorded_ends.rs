@@ -2,9 +2,11 @@
 //!
 //! A recorded end holds the nodes at its two markers and those between them, which stay on the chord. In space it also
 //! holds the angles of the edges between, relative to the parallel-transported frame, unless the end rotates freely.
-//! Positions follow from the recording alone and have no derivatives by numbers of the scene. Input: scene, plan,
-//! models and assembly at rest. [`RecordedEnds`] has the [`PrescribedDofs`] of steps, equilibria and modes; `motion`
-//! returns the [`BoundaryMotion`] over any number type, `place` sets the positions at a time, s, in the unknowns.
+//! Positions follow from the recording alone and have no derivatives with respect to numbers of the scene.
+//!
+//! Input: scene, plan, models and assembly at rest. [`RecordedEnds`] has the [`PrescribedDofs`] of steps, equilibria
+//! and modes. `motion` is the [`BoundaryMotion`] over any number type, and `place` overwrites positions in the unknowns
+//! by those at a time, s.
 
 use crate::error::Error;
 use crate::numerics::prescribed_dofs::PrescribedDofs;
@@ -31,16 +33,18 @@ pub(super) struct RecordedEnds {
     is_spatial: bool,
 }
 
-/// Number of edges between the markers of a recorded `support` of a rod on a mesh with this number of edges. On
-/// another mesh than that of the scene it is scaled, so that the held length stays about the same, to at least one.
+/// Number of edges between the markers of a recorded `support` of a rod on a mesh with `edges` edges. It is
+/// `support.edges` times `edges` over the number in the scene, so that the held length stays about the same. It is
+/// rounded, to 1 or more and to less than `edges`.
 pub(super) fn held_edges(support: &StructureSupport, rod: &StructureRod, edges: usize) -> usize {
     let ratio = edges as f64 / rod.segments as f64;
     ((support.edges as f64 * ratio).round() as usize).clamp(1, edges - 1)
 }
 
 impl RecordedEnds {
-    /// The recorded ends of a plan, on the meshes of the assembly at rest. An error for a marker that the recording
-    /// does not have.
+    /// The recorded ends of a plan, on the meshes of the assembly at rest: their nodes with markers and fractions of
+    /// the chord, and the indices of the prescribed unknowns. None without a recording. An error for a marker that the
+    /// recording does not have.
     pub fn new(
         scene: &StructureScene,
         plan: &StructurePlan,
@@ -96,7 +100,9 @@ impl RecordedEnds {
         self.parts.is_empty()
     }
 
-    /// The prescribed motion of the recorded nodes over a number type, in the axes of the model.
+    /// The prescribed motion of the nodes and edges of all recorded ends over a number type, in the axes of the model,
+    /// as
+    /// a function of time. Without recorded ends nothing moves.
     pub fn motion<D: Nestable>(&self) -> BoundaryMotion<D> {
         match self.is_spatial {
             true => BoundaryMotion::new::<SpatialModel>(Vec::new(), self.parts.clone()),
@@ -104,7 +110,8 @@ impl RecordedEnds {
         }
     }
 
-    /// Overwrites the positions of recorded nodes in `q`, m, by those at a time, s. Angles are unchanged.
+    /// Overwrites the positions of recorded nodes in `q`, m, by those of the recording at a time, s. Angles are
+    /// unchanged.
     pub fn place<D: Nestable>(&self, time: f64, q: &mut [D], frames: &AssemblyFrames<D>) {
         let at = MotionTime::Time(time);
         self.motion::<D>().advance::<Assembly<D>>(at, at, q, frames);

@@ -1,13 +1,16 @@
 //! Pose of a structure in space through recorded markers, from which its relaxation starts.
 //!
-//! Input of [`Structure::pose_at`]: markers with their places at rest, and their positions in a frame, m. Nodes of each
-//! rod are interpolated linearly by arc length between its known points: markers of a recorded end, observed markers,
-//! and joints at which a marker of any rod is. Beyond the outermost ones they are extrapolated. A body turns by the
-//! rotation that best fits the directions of its rods (Kabsch 1976, doi:10.1107/S0567739476001873). A sprung clamp
-//! turns with its body, and then to the direction of its edge. Directors are transported in parallel along each rod
-//! from a body; the rotation that is missing at a second body is divided evenly among the edges. Output: unknowns (m,
-//! rad) and frames. The pose is the start of a descent: it satisfies neither equilibrium nor lengths. Errors: a
-//! structure in a plane, and a rod with fewer than two such points.
+//! Input of [`Structure::pose_at`]: markers with their places at rest, and their positions in a frame, m. Output:
+//! unknowns (m, rad) and frames. The pose is the start of a descent: it satisfies neither equilibrium nor lengths.
+//!
+//! - Nodes of each rod are interpolated linearly by arc length between its known points, and extrapolated beyond them.
+//!   These are markers of a recorded end, observed markers, and joints at which a marker of any rod is.
+//! - A body is rotated by the rotation that best fits the directions of its rods (Kabsch 1976,
+//!   doi:10.1107/S0567739476001873). A sprung clamp is rotated with its body, and then to the direction of its edge.
+//! - Directors are transported in parallel along each rod from a body. The difference of the directors at a second body
+//!   becomes a twist that is evenly distributed over the edges.
+//!
+//! Errors: a structure in a plane, and a rod with fewer than two such points.
 
 use crate::energy::frame::{EdgeFrame, Frames};
 use crate::error::Error;
@@ -35,8 +38,8 @@ struct Knot {
     position: Vector<f64>,
 }
 
-/// The position, m, at arc length `s`, m, on straight lines through the `knots`, which are at least two in ascending
-/// order. Beyond them the outermost line continues.
+/// The position, m, at arc length `s`, m, by linear interpolation between the `knots`, which are at least two in
+/// ascending order. Beyond the outermost knots the first or last line is extrapolated.
 fn between(knots: &[Knot], s: f64) -> Vector<f64> {
     let k = knots[1..knots.len() - 1].partition_point(|knot| knot.arc_length < s);
     let [Knot { arc_length: s0, position: x0 }, Knot { arc_length: s1, position: x1 }] =
@@ -58,7 +61,8 @@ fn smallest_rotation(from: Vector<f64>, to: Vector<f64>) -> Matrix3<f64> {
     }
 }
 
-/// The rotation that best maps the first vector of each pair to the second, in the sense of least squares.
+/// The rotation R that minimizes the sum of `|b - R a|^2` over all pairs `[a, b]` (Kabsch), by a singular value
+/// decomposition; the identity if that fails.
 fn best_rotation(pairs: &[[Vector<f64>; 2]]) -> Matrix3<f64> {
     let mut sum = Dense3::<f64>::zeros();
     for [from, to] in pairs {
@@ -123,8 +127,9 @@ impl Structure {
         Ok((q, frames))
     }
 
-    /// The recorded position of the joint of each body, m: that of a marker within [`AT_JOINT`] lengths of the longest
-    /// rod from it at rest. None for a body without such a marker.
+    /// The recorded position of the joint of each body, m: that of the first marker within [`AT_JOINT`] lengths of the
+    /// longest rod from the joint at rest. None for a body without such a marker. Of several rod ends with markers the
+    /// last one counts.
     fn joints_at(
         &self,
         places: &[MarkerPlace],
@@ -149,8 +154,9 @@ impl Structure {
         joints
     }
 
-    /// The arc lengths and recorded positions of the markers of rod `r` and of its joints, in ascending order. Of
-    /// points within [`AT_JOINT`] of the length one is kept. An error for fewer than two points.
+    /// Arc lengths and recorded positions of the markers on rod `r`, and of its ends on bodies whose joint has a
+    /// recorded position, in ascending order. Of neighbors closer than [`AT_JOINT`] of the rod's length only the first
+    /// remains. An error for fewer than two points.
     fn knots(
         &self,
         r: usize,
@@ -181,9 +187,9 @@ impl Structure {
         Ok(knots)
     }
 
-    /// Sets center and rotation of body `b` in the coordinates `z`, m, and the `frames`, and its entry of `posed`. The
+    /// Sets center, m, and rotation of body `b` in the coordinates `z` and the `frames`, and its entry of `posed`. The
     /// rotation, of a body that rotates, is the [best one](best_rotation) from the directions of its rod ends at rest
-    /// to the `tangents`. The center follows from the recorded position of its joint; without one it stays.
+    /// to those in `tangents`. The center follows from the recorded position of its joint; without one it stays.
     fn turn_body(
         &self,
         b: usize,
@@ -221,10 +227,11 @@ impl Structure {
         }
     }
 
-    /// Sets frames and angles of rod `r` with these `tangents` of its edges in `q` and `frames`, and the rotations of
-    /// its sprung clamps. The first director is that of the body at a clamped end, else the one at rest after the
-    /// smallest rotation to the first tangent. A difference of directors at a second body is divided evenly among the
-    /// angles of the edges.
+    /// Sets frames and angles of rod `r`, with the `tangents` of its edges, in `q` and `frames`, and the rotations of
+    /// its sprung clamps. The directors are transported in parallel along the rod. They start from a body at a clamped
+    /// start, or else from one at a clamped end. Without both the director of the first edge at rest is rotated by the
+    /// smallest rotation to its tangent. With bodies at both ends the difference at the second one is distributed
+    /// evenly over the angles of the edges.
     fn turn_rod(
         &self,
         r: usize,

@@ -1,14 +1,15 @@
 //! Initial state of a structure in space from the first two frames of its recording.
 //!
-//! In each frame the structure is in equilibrium under its weight with stiff springs between its markers and their
-//! recorded positions, and with recorded ends at theirs. The axial stiffness of the rods is increased, so that errors
-//! of positions do not stretch them. The descent to the first equilibrium starts from the [pose](Structure::pose_at)
-//! through the markers, the second one from the first. Angles of both are then measured from the frames of the pose,
-//! which do not depend on numbers of the scene. The velocity follows from the change between both. Derivatives by
-//! numbers of the scene are those of the implicit function theorem. Relaxed shapes in plain numbers are computed once
-//! per structure. Output: [`StartFromRecording`] with unknowns (m, rad), frames, their change to the second frame, and
-//! the time between, s. Errors: a structure in a plane, too few markers, markers on bodies, one frame only, no
-//! equilibrium.
+//! In each frame the structure is in equilibrium under its weight with stiff springs between its observed markers and
+//! their recorded positions, and with recorded ends at theirs. The axial stiffness of the rods is increased, so that
+//! errors of positions do not stretch them. The descent to the first equilibrium starts from the
+//! [pose](Structure::pose_at) through the markers, the second one from the first. Angles of both are then measured from
+//! the frames of the pose, which do not depend on numbers of the scene.
+//!
+//! Output: [`StartFromRecording`] with unknowns (m, rad) and frames in the first frame, the change of the unknowns to
+//! the second, and the time between, s, which give the velocity. Derivatives with respect to numbers of the scene are
+//! those of the implicit function theorem. Relaxed shapes in plain numbers are computed once per structure. Errors: a
+//! structure in a plane, too few markers, markers on bodies, one frame only, no equilibrium.
 
 use crate::energy::Derivatives;
 use crate::error::Error;
@@ -33,9 +34,9 @@ use std::f64::consts::TAU;
 pub(super) struct StartFromRecording<D> {
     /// Unknowns in the first frame, m (rad for angles).
     pub q: Vec<D>,
-    /// Frames there.
+    /// Frames of the assembly in that state, from which angles are measured.
     pub frames: AssemblyFrames<D>,
-    /// Change of the unknowns until the second frame.
+    /// Change of the unknowns until the second frame, m (rad for angles).
     pub change: Vec<D>,
     /// Time between both frames, s.
     pub interval: f64,
@@ -204,9 +205,9 @@ impl Structure {
         Descent::new(&assembly, settings, q).descend(frames)
     }
 
-    /// The relaxed unknowns in frame number `frame` over the number type of `scene`, with their derivatives by its
-    /// numbers: one Newton step per order, with the tangent in plain numbers. Forces of the weak springs on angles stay
-    /// balanced, so that values do not change. A singular tangent is an error.
+    /// The relaxed unknowns in frame number `frame` over the number type of `scene`, with their derivatives with
+    /// respect to its numbers: one Newton step per order, with the tangent in plain numbers. Forces that remain in
+    /// plain numbers are subtracted, so that values do not change. A singular tangent is an error.
     fn relaxed_over<D: Nestable>(
         &self,
         scene: &StructureScene<D>,
@@ -257,15 +258,17 @@ impl Structure {
         (0..negligible.len()).map(of).collect()
     }
 
-    /// The prescribed positions of recorded ends, without the angles of their edges, which relax.
+    /// The indices of the prescribed unknowns of recorded ends that are positions of nodes. Angles of their edges are
+    /// left
+    /// out, and relax.
     fn positions_prescribed(&self) -> PrescribedDofs {
         let positions = self.recorded.prescribed.iter().filter(|i| i % 4 != 3);
         PrescribedDofs::new(positions.collect())
     }
 }
 
-/// The unknowns `q`, whose angles and rotations are measured from the frames `from`, as measured from the frames `to`.
-/// Carried nodes are placed by their bodies. Unchanged in a plane.
+/// The unknowns `q`, whose angles and rotations are measured from the frames `from`, converted to those measured from
+/// the frames `to`. Carried nodes get their positions on the bodies. Unchanged in a plane.
 fn measured_from<D: Nestable>(
     assembly: &Assembly<D>,
     from: &AssemblyFrames<D>,
@@ -297,8 +300,9 @@ fn measured_from<D: Nestable>(
     q
 }
 
-/// The change of all unknowns from `q` to `next`, both measured from the frames `pose`, as measured from the `frames` at `q`:
-/// those of rotations are increments times their scales. Unknowns without effect do not change.
+/// The change of all unknowns from `q` to `next`, both measured from the frames `pose`. Angles and rotations of both
+/// are first converted to the `frames` at `q`; the change of a rotation is a rotation vector times its scale. Unknowns
+/// without effect have zero.
 fn change_between<D: Nestable>(
     assembly: &Assembly<D>,
     [pose, frames]: [&AssemblyFrames<D>; 2],

@@ -2,13 +2,15 @@
 //! that they carry.
 //!
 //! A body has its own mass, and that of nodes of the rod ends on it. For a clamped end it is the mass of the inner
-//! node, which is without the part behind the joint. Half of the rotational inertia of the outer edge about itself is
-//! added. For a hinged end it is the mass of the outer node. Its axes are the principal ones of the sum. The mass of a
-//! sprung clamp counts at the joint, with its moment of inertia about it. An elastic joint is a rotational spring, or a
-//! hinge: a stiff spring ([`HINGE_STIFFNESS`] times the largest stiffness of the rod's joint beside it) across its
-//! axis. [`SpatialBodiesAtRest`] has bodies with loads, springs, centers, m, coordinates at rest, m (zero for
-//! rotations), and the references of the rotations. `clamp_axes` are the axes of a clamp, `rest_axes` those of a
-//! rotation at rest, and `in_axes` are components of a vector along axes. `end_edge` is the outermost edge of an end.
+//! node, which is without the part behind the joint, and the point masses on the outer node. Half of the rotational
+//! inertia of the outer edge about itself is added. For a hinged end it is the mass of the outer node. Its axes are the
+//! principal ones of the sum. The mass of a sprung clamp counts at the joint, with its moment of inertia about it. An
+//! elastic joint is a rotational spring, or a hinge: a stiff spring ([`HINGE_STIFFNESS`] times the largest stiffness of
+//! the rod's joint beside it) across its axis.
+//!
+//! [`SpatialBodiesAtRest`] has bodies with loads, springs, centers, m, coordinates at rest, m (zero for rotations), and
+//! the references of the rotations. Axes of clamps and of rotations at rest are matrices with the axes in the columns.
+//!
 //! Errors: a body without three moments of inertia, a rotating joint without inertia, a hinge without axis, a spring
 //! with one rest angle other than zero (three numbers are required), or one that is too stiff for its rod
 //! ([`LEAST_COMPLIANCE`]).
@@ -41,7 +43,7 @@ pub(super) struct SpatialBodiesAtRest<D> {
     pub bodies: SpatialBodies<D>,
     /// Centers of mass, m.
     pub centers: Vec<Vector<D>>,
-    /// The coordinates of all bodies and springs, m.
+    /// The coordinates of all bodies and springs, m; those of rotations, zero at rest, are angles times a length.
     pub z: Vec<D>,
     /// References of all rotations.
     pub references: Vec<RotationReference<D>>,
@@ -55,7 +57,7 @@ struct PlacedInertia<D> {
     tensor: Matrix3<D>,
 }
 
-/// The tensor `v v'`.
+/// The outer product `v v'`: entry (i, j) is `v[i] v[j]`.
 fn outer<D: Scalar>(v: Vector<D>) -> Matrix3<D> {
     components_of(|i, j| v[i] * v[j])
 }
@@ -94,9 +96,9 @@ fn tensor_about<D: Scalar>(masses: &[PlacedInertia<D>], center: Vector<D>) -> Ma
     sum
 }
 
-/// The principal axes of a symmetric tensor, in the columns, in plain numbers, by [`SWEEPS`] sweeps of Jacobi's
-/// rotations, not sorted. Products of inertia up to [`NO_PRODUCT`] of the trace cause no rotation, so that axes of
-/// equal moments are those of the world where possible.
+/// The principal axes of a symmetric tensor, in the columns and not sorted, in plain numbers. The method is Jacobi's,
+/// with [`SWEEPS`] sweeps over the products of inertia. Products up to [`NO_PRODUCT`] of the trace cause no rotation,
+/// so that axes of equal moments are those of the world where possible.
 fn principal_axes<D: Scalar>(tensor: &Matrix3<D>) -> Matrix3<f64> {
     let mut own = tensor.map(|row| row.map(|x| x.value()));
     let trace = own[0][0] + own[1][1] + own[2][2];
@@ -138,9 +140,9 @@ pub(super) fn end_edge<D: Nestable>(rod: &PlacedRod<D, Space>, end: usize) -> us
 
 impl<D: Nestable> SpatialBodiesAtRest<D> {
     /// The bodies of a plan with their carried masses of these `rods`, their loads, and the elastic joints. A body has
-    /// center, mass, and principal moments of inertia about its center; a joint that does not rotate has none. A body
-    /// of the scene has its weight and the forces of `loads.point` on it, which act at its own center of mass. `z` has
-    /// the centers at rest, m; coordinates of rotations are zero.
+    /// mass, kg, center, m, and principal moments of inertia about its center, kg m^2; a joint that does not rotate has
+    /// no moments. A body of the scene has its weight and the forces of `loads.point` on it, N, which act at its own
+    /// center of mass. `z` has the centers at rest, m; coordinates of rotations are zero.
     ///
     /// # Errors
     /// [`Error::Invalid`] for a body without three moments of inertia, a rotating joint without inertia, or a hinge
@@ -200,9 +202,9 @@ impl<D: Nestable> SpatialBodiesAtRest<D> {
     }
 
     /// Adds the reference of a rotation with the axes `axes`, at rest, and returns the rotation. `coordinate` is its
-    /// first coordinate, `tensor` its inertia, kg m^2, in these axes. The scale of its coordinates, m, is the radius of
-    /// gyration by half the trace and `mass`. Products of inertia keep their derivatives only. None, and nothing added,
-    /// if a moment is at most 1e-12 of the trace or the scale is not a normal number.
+    /// first coordinate, `tensor` its inertia, kg m^2, in these axes. The scale of its coordinates, m, is
+    /// `sqrt(trace/(2 mass))`, about the radius of gyration. Products of inertia keep their derivatives only. None, and
+    /// nothing added, if a moment is at most 1e-12 of the trace or the scale is not a normal number.
     fn add_rotation(
         &mut self,
         coordinate: usize,
@@ -228,12 +230,12 @@ impl<D: Nestable> SpatialBodiesAtRest<D> {
         Some(SpatialRotation { coordinate, reference, length, inertia, products })
     }
 
-    /// The elastic joint number `spring` of a plan at an end of a rod, with a rotation of its own for the sprung clamp.
-    /// A spring joint has the reciprocals of its compliances, N m/rad, in the axes of the clamp. A hinge is free about
-    /// its axis, and resists across it with [`HINGE_STIFFNESS`] times the largest stiffness of the joint of the rod
-    /// beside it. The rest rotation of a spring is that of the rest shapes and then the rotation vector `rest`. Errors:
-    /// one rest angle other than zero, a compliance below [`LEAST_COMPLIANCE`] over that stiffness, a hinge without
-    /// axis, no inertia.
+    /// The elastic joint number `spring` of a plan at an end of a rod (0 start, 1 end), with a rotation of its own for
+    /// the sprung clamp. Stiffnesses of a spring are the reciprocals of its compliances, N m/rad, in the axes of the
+    /// clamp. A hinge is free about its axis, and resists across it with [`HINGE_STIFFNESS`] times the largest
+    /// stiffness of the joint of the rod beside it. The rest rotation of a spring is that of the rest shapes, followed
+    /// by the rotation vector `rest`. Errors: one rest angle other than zero, a compliance below [`LEAST_COMPLIANCE`]
+    /// over that stiffness, a hinge without axis, no inertia.
     fn spring(
         &mut self,
         plan: &StructurePlan,
@@ -362,7 +364,7 @@ pub(super) fn rest_axes<D: Scalar>(
     rotation.map_or_else(identity, |rotation| references[rotation.reference].axes)
 }
 
-/// Components of a vector of the world along `axes`, which are unit vectors in the columns.
+/// Components `A' v` of a vector v of the world along the axes A, which are orthonormal vectors in the columns.
 pub(super) fn in_axes<D: Scalar>(axes: &Matrix3<D>, vector: Vector<D>) -> Vector<D> {
     times(&transpose(axes), vector)
 }

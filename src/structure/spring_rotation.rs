@@ -2,9 +2,9 @@
 //!
 //! The moment of a spring is that of the rotation vector of its end relative to the first entry of the joint. At half a
 //! turn this vector changes its sign, and the moment with it, although the energy is continuous. `check_springs`
-//! rejects a state (unknowns and frames of an assembly) in which the rotation from the rest rotation of a spring exceeds
-//! [`LARGEST_ROTATION`]. The error names the joint. In a plane angles of springs have no limit, and hinges have no such
-//! moment.
+//! rejects a state (unknowns and frames of an assembly) in which the rotation from the rest rotation of a spring
+//! exceeds [`LARGEST_ROTATION`]. The error names the joint. In a plane angles of springs have no limit, and hinges have
+//! no such moment.
 
 use crate::error::Error;
 use crate::numerics::rotation::{product, rotation_vector, transpose};
@@ -20,8 +20,8 @@ const LARGEST_ROTATION: f64 = 0.9 * PI;
 
 impl Structure {
     /// Rejects a state in space in which a spring is rotated by more than [`LARGEST_ROTATION`] from its rest rotation.
-    /// The state has the unknowns `q` and the `frames` of the `assembly`. The error has the key `joints[i]` and the
-    /// `time`, s; none of an equilibrium.
+    /// The state has the unknowns `q`, m and rad, measured from the `frames` of the `assembly`. The error has the key
+    /// `joints[i]` and the `time`, s, if there is one; an equilibrium has none. `Ok` in a plane.
     pub(super) fn check_springs(
         &self,
         assembly: &Assembly<f64>,

@@ -24,7 +24,8 @@ pub struct StructureFilm {
 }
 
 impl StructureFilm {
-    /// An empty film of a run of so many steps.
+    /// An empty film of a run of `steps` steps, of which every n-th is kept, with the smallest n for at most `FRAMES`
+    /// steps.
     pub fn new(steps: usize) -> Self {
         let every = steps.div_ceil(FRAMES).max(1);
         Self { steps, every, seen: 0, frames: Vec::new(), samples: Vec::new() }

@@ -1,13 +1,15 @@
 //! Simulations of structures: steps with bisection, and the start at rest, in equilibrium or by a recording.
 //!
 //! [`Structure::simulation`] returns a [`StructureMotion`] at t = 0, without velocity unless it starts from a
-//! recording, which advances to given times (`step_to`). `shape` and `position` are those of its present state, m;
-//! `taken` are the ends of all steps, s. A step that fails, or that the step control rejects, is replaced by two
-//! halves, and so on. It limits rotations of edges and, by the scene of the first rod and without recorded ends only,
-//! the change of the energy. A step after which a spring in space is rotated too far is an error.
-//! [`Structure::simulation_over`] is a simulation over dual numbers, for derivatives, without bisection.
-//! `equilibrium_over` is the equilibrium with derivatives. In space only Newmark-beta and generalized-alpha integrate;
-//! other schemes are errors. So are a scene without `[time]`, and steps that do not resolve a recording which moves ends.
+//! recording, which advances to given times (`step_to`). A step that fails, or that the step control rejects, is
+//! replaced by two halves, and so on. The control limits rotations of edges and, by the scene of the first rod and
+//! without recorded ends only, the change of the energy. A step after which a spring in space is rotated too far is an
+//! error.
+//!
+//! [`Structure::simulation_over`] is a simulation over dual numbers, for derivatives, without bisection;
+//! `equilibrium_over` is the equilibrium with derivatives. In space only Newmark-beta and generalised-alpha integrate;
+//! other schemes are errors. So are a scene without `[time]`, and steps that do not resolve a recording which moves
+//! ends.
 
 use crate::dynamics::{BisectedSteps, Simulation, StepControl, StepperSettings, advance};
 use crate::energy::Derivatives;
@@ -51,8 +53,8 @@ impl BisectedSteps for StructureMotion<'_> {
         self.simulation.step_back();
     }
 
-    /// Keeps the time of the end of an accepted step. An error, with the state before the step restored, if a spring in
-    /// space is rotated too far.
+    /// Adds the end of the accepted step, s, to the times. An error, with the state before the step restored, if a
+    /// spring in space is rotated too far.
     fn accepted(&mut self) -> Result<(), Error> {
         if let Err(error) = self.check_springs() {
             self.simulation.step_back();
@@ -62,7 +64,8 @@ impl BisectedSteps for StructureMotion<'_> {
         Ok(())
     }
 
-    /// The step control (energy and rotations of edges), mutable, with the simulation.
+    /// The step control, which limits the change of the energy and rotations of edges, and the simulation that it
+    /// controls.
     fn control(&mut self) -> (&mut StepControl, &Simulation<f64, Assembly<f64>>) {
         (&mut self.control, &self.simulation)
     }
@@ -78,7 +81,8 @@ impl StructureMotion<'_> {
         advance(self, time)
     }
 
-    /// Rejects the present state if a spring in space is rotated too far.
+    /// Rejects the present state if a spring in space is rotated by more than 0.9 of half a turn; the error has its
+    /// time.
     fn check_springs(&self) -> Result<(), Error> {
         let (assembly, state) = (self.simulation.rod(), self.simulation.state());
         self.structure.check_springs(assembly, &state.q, &state.frames, Some(state.time))
@@ -89,7 +93,7 @@ impl StructureMotion<'_> {
         self.simulation.state().time
     }
 
-    /// Ends of all steps taken, s: also of those that bisection made.
+    /// Times of the ends of all steps taken so far, s, in order: also of those that bisection made.
     pub fn taken(&self) -> &[f64] {
         &self.taken
     }
@@ -148,7 +152,8 @@ impl Structure {
 
     /// A simulation at t = 0. By `initial.state` it is at rest, or in the equilibrium under the loads, without
     /// velocity, or has shape and velocities by the first two frames of the recording. The step control has the limits
-    /// of the energy of the scene of the first rod, or only those of rotations of edges if an end follows a recording.
+    /// that the scene of the first rod gives. If an end follows a recording, it limits rotations of edges only, not the
+    /// energy.
     ///
     /// # Errors
     /// A scene without `[time]` or rods, another scheme than Newmark-beta and generalized-alpha in space, and those of
@@ -243,8 +248,8 @@ impl Structure {
         Ok(simulation)
     }
 
-    /// Rejects a structure that starts at rest in its rest shape with a recorded end farther than [`AT_MARKERS`]
-    /// lengths of the structure from its markers at t = 0.
+    /// Rejects a structure that starts at rest with a recorded end away from its markers at t = 0. A coordinate of its
+    /// nodes in the rest shape may differ by up to [`AT_MARKERS`] lengths of the structure.
     fn check_recorded_rest(&self) -> Result<(), Error> {
         let (rest, mut q) = (&self.at_rest.q, self.at_rest.q.clone());
         self.recorded.place(0.0, &mut q, &self.at_rest.frames);
@@ -261,8 +266,8 @@ impl Structure {
 
     /// Unknowns and frames of the equilibrium of an `assembly`, with the derivatives that its numbers carry. From the
     /// equilibrium in plain numbers, one Newton iteration over `D` is made per order of derivatives, none for `f64`.
-    /// Frames at walls have the derivatives of those at `rest`. Errors: no equilibrium, [`Error::SingularEquilibrium`]
-    /// for a singular tangent.
+    /// The frames at walls have the derivatives of those in `rest`, the frames at rest. Errors: no equilibrium,
+    /// [`Error::SingularEquilibrium`] for a singular tangent.
     fn differentiated_equilibrium<D: Nestable>(
         &self,
         assembly: &Assembly<D>,

@@ -1,10 +1,10 @@
 //! The report of a simulation of a structure: energies, ends of the rods, status and warnings.
 //!
-//! [`StructureReport`] collects times, s, energies, J, and ends of the rods, m. `push` adds a state, `push_energies` its
-//! energies only; both record the largest strain of each rod. `finish` sets the status and the warnings: defects of the
-//! recording that moves ends, steps that resolve it poorly, implausible units, large strains, and a change of the
-//! energy. The latter is compared with the largest kinetic energy, only without damping of rods and joints and without
-//! recorded ends. `summary` is the text for a terminal.
+//! [`StructureReport`] collects times, s, energies, J, and ends of the rods, m. `push` adds a state, `push_energies`
+//! its time and energies only; both record the largest strain of each rod. `finish` sets the status and the warnings:
+//! defects of the recording that moves ends, steps that resolve it poorly, implausible units, large strains, and a
+//! change of the energy. The latter is compared with the largest kinetic energy, only without damping of rods and
+//! joints and without recorded ends. `summary` is the text for a terminal.
 
 use crate::dynamics::{Work, energy_warning};
 use crate::error::Error;
@@ -46,13 +46,13 @@ pub struct StructureReport {
 }
 
 impl StructureReport {
-    /// A report of a structure without states: only the number of unknowns is set.
+    /// A report of a structure without states: only the number of unknowns that move is set, and no strain is recorded.
     pub fn new(structure: &Structure) -> Self {
         Self { dof: structure.dof(), strains: structure.strains(), ..Self::default() }
     }
 
-    /// Adds time, energies and the end (`tip`) of every rod of the present state of `motion`. Its shape and work
-    /// replace the previous ones.
+    /// Adds time, energies and the end (`tip`) of every rod of the present state of `motion`, and compares its strains
+    /// with the largest ones. Its shape and work replace the previous ones.
     pub fn push(&mut self, motion: &StructureMotion<'_>) {
         let shape = motion.shape();
         self.push_state(motion, &shape);
@@ -62,13 +62,14 @@ impl StructureReport {
         self.shape = shape;
     }
 
-    /// Adds time and energies of the present state of `motion`, and replaces the work by that so far. Positions are
-    /// unchanged.
+    /// Adds time and energies of the present state of `motion`, compares its strains with the largest ones, and
+    /// replaces the work by that so far. Ends and shape are unchanged.
     pub fn push_energies(&mut self, motion: &StructureMotion<'_>) {
         self.push_state(motion, &motion.shape());
     }
 
-    /// Adds time, energies and strains of the present state of `motion`, which has this `shape`. Replaces the work.
+    /// Adds time and energies of the present state of `motion`, whose positions are `shape`, and compares its strains
+    /// with the largest ones so far. The work is replaced.
     fn push_state(&mut self, motion: &StructureMotion<'_>, shape: &StructureShape) {
         self.work = motion.simulation().work();
         self.times.push(motion.time());
@@ -85,10 +86,10 @@ impl StructureReport {
         [change.fold(0.0, f64::max), kinetic.fold(0.0, f64::max)]
     }
 
-    /// Sets the status, `completed` or the text of the error in `outcome`. Replaces the warnings: those of the scene
-    /// first, then those of large strains, then that of the energy. The latter follows if its change relative to the
-    /// largest kinetic energy exceeds the limit for the scene of the first rod. There is none with damping of rods or
-    /// joints, with recorded ends, and without kinetic energy.
+    /// Sets the status, `completed` or the text of the error in `outcome`, and replaces the warnings: those of the
+    /// scene first, then those of large strains, then that of the energy. The last one is given if the change of the
+    /// energy over the largest kinetic energy exceeds the limit for the scene of the first rod. There is none with
+    /// damping of rods or joints, with recorded ends, and without kinetic energy.
     pub fn finish(&mut self, structure: &Structure, outcome: &Result<(), Error>) {
         let [change, kinetic] = self.energy_change();
         let energy =

@@ -4,7 +4,7 @@
 //! (`tip`) of each rod, and the pose of each body of `[[bodies]]`. A pose is its own center of mass and its rotation
 //! from rest, rad: the angle about the normal of the plane, or in space the rotation vector and its size. Bodies of
 //! joints are left out. Nodes that bodies carry are placed by these. The tip is the last node, or the wall or joint
-//! that holds the end between two nodes. `displacements` converts a mode shape, for nodes only, to world axes. The CSV
+//! that holds the end between two nodes. `displacements` are those of nodes in a mode shape, in world axes. The CSV
 //! (`to_csv`; `write_rows` with a time) has a row per node of each rod, without bodies.
 
 use crate::numerics::rotation::{identity, product, rotation_vector, transpose};
@@ -56,8 +56,8 @@ pub struct StructureShape {
 }
 
 impl Structure {
-    /// Positions of all rods and bodies at the unknowns `q`, m. In space rotations of bodies refer to the frames at
-    /// rest.
+    /// Positions of all rods and bodies at the unknowns `q`, m (rad for angles). In space rotations of bodies are
+    /// measured from the frames at rest.
     pub fn shape(&self, q: &[f64]) -> StructureShape {
         self.shape_at(q, &self.at_rest.frames)
     }
@@ -114,8 +114,9 @@ impl Structure {
         }
     }
 
-    /// Positions of all nodes in the world from the unknowns `own` of one rod, or with `are_positions` false their
-    /// changes, which are rotated only. In space angles of edges are dropped.
+    /// Positions, m, of all nodes of one rod in the world, from its unknowns `own`. With `are_positions` false `own`
+    /// are changes of the unknowns, and the result is in world axes without the origin of the plane. In space angles of
+    /// edges are dropped.
     fn node_vectors(&self, own: &[f64], are_positions: bool) -> Vec<[f64; 3]> {
         match &self.blueprint.models {
             RodModels::Plane { plane, .. } => {
@@ -131,8 +132,9 @@ impl Structure {
         }
     }
 
-    /// Displacements of all nodes in world axes, by the name of the rod, along a `change` of the unknowns at a `state`,
-    /// to first order. Those of carried nodes follow from the bodies, of fixed nodes are zero.
+    /// Displacements of all nodes in world axes, by the name of the rod, for a small `change` of the unknowns at a
+    /// `state`, in the unit of the change. Those of carried nodes follow from the bodies; those of fixed nodes are
+    /// zero.
     pub(super) fn displacements(
         &self,
         state: &EquilibriumState<AssemblyFrames<f64>>,
@@ -148,8 +150,8 @@ impl Structure {
             .collect()
     }
 
-    /// Position of the end of rod `k` with these `nodes`, m: the weighted sum of the stencil of its tip. It is the wall
-    /// or joint between two nodes, else the last node.
+    /// Position of the end of rod `k`, m, from the positions of its `nodes`, m: the wall or joint if it is between two
+    /// nodes, as a weighted sum of nodes, else the last node.
     fn tip(&self, k: usize, nodes: &[[f64; 3]]) -> [f64; 3] {
         let mesh = &self.at_rest.meshes[k];
         match crate::scene::Point::Tip.stencil(mesh) {

@@ -1,10 +1,10 @@
 //! Warnings of structures: the recording that moves ends, units of the rods, and large strains.
 //!
-//! The functions of single rods are called for each rod of a structure, as a scene of its own. [`Structure`] has
-//! `motion_warnings` (codes and texts of the recording, of steps that resolve it poorly, and of units),
-//! `unit_warnings`, and `equilibrium_warnings` (texts of units and strains). [`StrainsOfRods`] records the largest strain
-//! of each rod over all states that `add` receives; its `warnings` name the rod and the modulus, Pa. Rods with a recorded
-//! end have no strains, as the distances of markers have tracking errors. Messages about a rod begin with its name.
+//! Functions for single rods are called for each rod of a structure, as a scene of its own; messages about a rod begin
+//! with its name. [`Structure`] has `motion_warnings` (codes and texts of the recording, of steps that resolve it
+//! poorly, and of units), `unit_warnings`, and `equilibrium_warnings` (texts of units and strains). [`StrainsOfRods`]
+//! records the largest strain of each rod over all states that `add` receives, and warns of those beyond the linear
+//! range. Rods with a recorded end have no strains, as the distances of markers have tracking errors.
 
 use crate::code::Code;
 use crate::problem::strain::StrainRecord;
@@ -32,14 +32,15 @@ pub(super) struct StrainsOfRods(Vec<StrainsOfRod>);
 
 /// All records are equal, so that they do not distinguish reports.
 impl PartialEq for StrainsOfRods {
-    /// True for any two records.
+    /// True for any two records, whatever their strains.
     fn eq(&self, _: &Self) -> bool {
         true
     }
 }
 
 impl StrainsOfRods {
-    /// Compares the strains of all rods at a time, s, with the largest ones so far.
+    /// Replaces the largest strain of each rod so far by that of the `shape` at a time, s, if this is larger. Rods that
+    /// the shape lacks are left out.
     pub fn add(&mut self, shape: &StructureShape, time: f64) {
         for own in &mut self.0 {
             if let Some(rod) = shape.rods.get(&own.name) {
@@ -48,8 +49,8 @@ impl StrainsOfRods {
         }
     }
 
-    /// One warning, with its code, for each rod whose largest strain is beyond the linear range. It has the time of the
-    /// strain if it is that of a motion.
+    /// One warning, with its code, for each rod whose largest strain is beyond the linear range of the material. It has
+    /// the time of the strain if `is_motion`.
     pub fn warnings(&self, is_motion: bool) -> Vec<(Code, String)> {
         let of_rod = |own: &StrainsOfRod| {
             let mut largest = own.record.largest()?;
@@ -76,7 +77,8 @@ impl Structure {
         warnings
     }
 
-    /// One warning, with its code, for each rod with numbers in units other than SI.
+    /// Warnings, with their code, one for each rod whose numbers are implausible in SI units (as its first such message
+    /// states), with its name in front. Rods whose problem cannot be built are left out.
     pub(super) fn unit_warnings(&self) -> Vec<(Code, String)> {
         let of_rod = |rod: usize| {
             let notes = self.problem_of_rod(rod)?.plausibility_notes(Purpose::Motion);
@@ -87,7 +89,8 @@ impl Structure {
         (0..self.scene.rods.len()).filter_map(of_rod).collect()
     }
 
-    /// Records of the strains of all rods without a recorded end, before the first state.
+    /// Records of the strains of all rods without a recorded end, still without a state. Rods whose problem cannot be
+    /// built are left out.
     pub(super) fn strains(&self) -> StrainsOfRods {
         let of_rod = |(rod, ends): (usize, &[EndSupport; 2])| {
             let is_recorded = |end: &EndSupport| matches!(end, EndSupport::Recorded(_));
@@ -114,7 +117,8 @@ impl Structure {
         warnings.map(|(code, words)| code.behind(words)).collect()
     }
 
-    /// The problem of one rod alone, in the plane of the structure or in space. `None` where it cannot be built.
+    /// The problem of one rod alone, in the plane of the structure, in which its gravity then is with the same size, or
+    /// in space. `None` where it cannot be built.
     fn problem_of_rod(&self, rod: usize) -> Option<Problem> {
         let mut scene = self.blueprint.parts[rod].clone();
         if let Some([x, y]) = self.plane_axes() {

@@ -62,7 +62,7 @@ impl Study {
     }
 }
 
-/// A fraction as text in percent, with two significant digits.
+/// A fraction as text in per cent, rounded to two significant digits: `0.080 %` for 8e-4.
 fn percent(fraction: f64) -> String {
     format!("{} %", number(100.0 * fraction, 2))
 }

@@ -32,9 +32,10 @@ pub(super) struct MeasuredRun {
 }
 
 impl MeasuredRun {
-    /// Simulates a problem, samples its tip at [`SAMPLES`] times from the first interval to the end, and measures the
-    /// stepping. A completed run below [`SHORT`] is repeated up to [`REPETITIONS`] times, and the shortest time counts.
-    /// A run that stops is a result; a problem that cannot begin, and a repetition that stops, are errors.
+    /// Simulates a problem, samples its tip at [`SAMPLES`] evenly spaced times from the end of the first interval to
+    /// the end of the simulation, and measures the stepping. A completed run below [`SHORT`] is repeated up to
+    /// [`REPETITIONS`] times, and the shortest time counts. A run that stops is a result; a problem that cannot begin,
+    /// and a repetition that stops, are errors.
     pub fn new(problem: &Problem) -> Result<Self, Error> {
         let time = problem.time()?;
         let nodes: Vec<usize> = problem.tip().nodes.iter().map(|(node, _)| *node).collect();

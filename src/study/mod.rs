@@ -3,15 +3,18 @@
 //! The scene is simulated with every scheme that supports it, on meshes of 1/4 to 4 times its edges (with markers at
 //! nodes, at least two edges). Implicit schemes take 4 to 1/8 times its step, explicit ones three fractions of the
 //! largest stable step. Finer steps on a mesh are skipped once the step error is below `NEGLIGIBLE_STEP_ERROR` of the
-//! mesh error. The reference is the continuum limit: runs with the finest step on 4 and on 8 times the edges,
-//! extrapolated to edges of zero length (Richardson). They are runs of `rodas4` with 1/8 of the step, or of
-//! Newmark-beta with 1/16 where the scene does not allow `rodas4`. Errors are largest distances of the tip over the
-//! length. The error of a run is its difference from the reference. Its parts are the difference from the finest step
-//! on the same mesh (step error), and that of this one from the reference (mesh error). The reported error of the
-//! reference is the smallest difference of a run from it. A scene with a given mesh (forces or masses on nodes by
-//! index) is studied on that mesh alone, and its finest step is the reference. [`Study::new`] returns a [`Study`] with
-//! all runs, those that stopped with the reason, and the fastest one for errors of 0.1 to 1e-6. A scene without
-//! `[time]`, or a reference run that fails, is an error.
+//! mesh error.
+//!
+//! The reference is the continuum limit: runs with the finest step on 4 and on 8 times the edges, extrapolated to edges
+//! of zero length (Richardson). They are runs of `rodas4` with 1/8 of the step, or of Newmark-beta with 1/16 where the
+//! scene does not allow `rodas4`. Errors are largest distances of the tip over the length. The error of a run is its
+//! difference from the reference. Its parts are the difference from the finest step on the same mesh (step error), and
+//! that of this one from the reference (mesh error). The reported error of the reference is the smallest difference of
+//! a run from it.
+//!
+//! A scene with a given mesh (forces or masses on nodes by index) is studied on that mesh alone, and its finest step is
+//! the reference. [`Study::new`] returns a [`Study`] with all runs, those that stopped with the reason, and the fastest
+//! one for errors of 0.1 to 1e-6. A scene without `[time]`, or a reference run that fails, is an error.
 
 mod display;
 mod measured_run;
@@ -119,14 +122,15 @@ impl Integrator {
     }
 }
 
-/// The run with the finest step on a mesh: number of edges and positions of the tip, m.
+/// The run with the finest step on a mesh: number of edges and positions of the tip, m, at the sampled times.
 struct FinestRun {
     segments: usize,
     tip: Positions,
 }
 
 /// The positions of the tip, m, at each time in the limit of edges of zero length, by Richardson extrapolation from two
-/// meshes. The order of convergence is that of smooth motions of the scene, 1 or 2.
+/// meshes: `x + (x - y)/(r^p - 1)` with x on the fine mesh, y on the coarse one and the ratio r of their numbers of
+/// edges. The order of convergence p is that of smooth motions of the scene, 1 or 2.
 fn continuum_limit(coarse: &FinestRun, fine: &FinestRun, scene: &Scene) -> Positions {
     let ratio = fine.segments as f64 / coarse.segments as f64;
     let error = Extrapolation { ratio, order: smooth_mesh_order(scene) }.error_after();
@@ -136,8 +140,8 @@ fn continuum_limit(coarse: &FinestRun, fine: &FinestRun, scene: &Scene) -> Posit
     coarse.tip.iter().zip(&fine.tip).map(limit).collect()
 }
 
-/// Numbers of edges on which a scene is studied, ascending: multiples of its own, at least 2, that keep recorded
-/// markers at nodes. Its own only if the mesh is given.
+/// Numbers of edges on which a scene is studied, ascending: [`MESHES`] times its own, at least 2, rounded to numbers
+/// that keep recorded markers at nodes; equal ones once. Its own only if the mesh is given.
 fn mesh_sizes(problem: &Problem, scene: &Scene) -> Vec<usize> {
     if scene.mesh_is_given() {
         return vec![problem.segments()];
@@ -271,8 +275,8 @@ impl Study {
     }
 }
 
-/// The run with the shortest wall time of those with at most this `error` of the tip, a fraction of the length, as an
-/// index of `rows`. No row if none is that accurate.
+/// The run with the shortest wall time of those whose error of the tip is at most `error`, a fraction of the length, as
+/// an index of `rows`; the first of equally fast ones. No row if none is that accurate.
 fn fastest_run(rows: &[StudyRow], error: f64) -> FastestRun {
     let is_accurate = |row: &StudyRow| row.error.is_some_and(|e| e <= error);
     let accurate = rows.iter().enumerate().filter(|(_, row)| is_accurate(row));
@@ -280,7 +284,7 @@ fn fastest_run(rows: &[StudyRow], error: f64) -> FastestRun {
     FastestRun { error, row: fastest.map(|(i, _)| i) }
 }
 
-/// The name of the scheme of a run, followed by a space and beta if the scheme has it.
+/// The name of the scheme of a run, followed by a space and beta for Newmark-beta: `newmark-beta 0.5`.
 pub fn scheme_name(row: &StudyRow) -> String {
     match row.scheme.takes_beta() {
         true => format!("{} {}", row.scheme.name(), row.beta),

@@ -2,9 +2,9 @@
 //!
 //! Lines break between words; a number and its unit stay together, and words longer than a line are not divided.
 //! Continued lines are indented; quoted lines of files in messages stay whole. The width is 80 columns
-//! ([`DEFAULT_WIDTH`]) without a terminal; beside a label a text has at least 20. Input and output are plain text;
-//! [`wrapped`] wraps a text, [`wrapped_behind`] a text behind a label, with an indent; [`wrap_message`] also colors
-//! `error:` and `warning:`.
+//! ([`DEFAULT_WIDTH`]) without a terminal; beside a label a text has at least 20. Text is plain: columns are
+//! characters. [`wrapped`] wraps a text, [`wrapped_behind`] a text behind a label, with an indent; [`wrap_message`]
+//! wraps a message and colors its `error:` or `warning:`.
 
 use crate::summary::{TextStyle, Tone};
 
@@ -22,8 +22,8 @@ pub(crate) fn columns(text: &str) -> usize {
     text.chars().count()
 }
 
-/// The words of a text, between which a line may end, without the spaces. A unit of [`UNITS`] behind a number belongs
-/// to the word of the number.
+/// The words of a text, between which a line may end, without the spaces. A unit of [`UNITS`] behind a number, also
+/// with punctuation, belongs to the word of the number.
 fn words(text: &str) -> Vec<String> {
     let mut words: Vec<String> = Vec::new();
     for word in text.split_whitespace() {
@@ -76,7 +76,8 @@ fn lines_behind(head: &str, text: &str, width: usize, indent: usize) -> Vec<Stri
     lines.into_iter().map(|line| line.trim_end().to_string()).collect()
 }
 
-/// A text in lines of up to `width` columns without head and indent.
+/// A text in lines of up to `width` columns, without head and indent; longer words exceed it. One empty line for an
+/// empty text.
 pub(crate) fn wrapped(text: &str, width: usize) -> Vec<String> {
     lines_behind("", text, width, 0)
 }

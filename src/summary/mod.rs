@@ -1,13 +1,10 @@
 //! Results as text for a terminal: the status and the result first, then warnings, then the details.
 //!
 //! Every report of the library has a function `summary` that returns a [`Summary`]. It has a status with its [`Tone`]
-//! (severity), subject and code, and a list of labelled facts, notes, tables and verbatim text. `with_subject` and
-//! `with_code` set these, and `naming_warnings` adds the codes of warnings to the status. `fact`, `facts`, `note`,
-//! `table`, `verbatim` and `warnings` add parts; `details` ends the result. Those that are added before the warnings
-//! are the result, later ones are details. `Tone::of_result` is `Bad` without success, `Doubtful` with warnings, else
-//! `Good`; `paint` colors a text. The `Display` of a summary is 80 columns wide and without color; [`Summary::render`]
-//! takes another width, and colors the status and the warnings. Control characters of names are escaped. `quantity`
-//! writes numbers with units, `table` the tables, and `layout` wraps lines.
+//! (severity), subject and code, and a list of labelled facts, notes, tables and verbatim text. Those that are added
+//! before the warnings are the result, later ones are details. The `Display` of a summary is 80 columns wide and
+//! without color; [`Summary::render`] takes another width, and colors the status and the warnings. Control characters
+//! of names are escaped. `quantity` writes numbers with units, `table` the tables, and `layout` wraps lines.
 
 mod layout;
 pub(crate) mod quantity;
@@ -147,9 +144,9 @@ impl Summary {
         self
     }
 
-    /// The summary with the codes of its warnings in the status, so that the first line has them:
-    /// `completed, with warnings: unstable-state`. The code of a warning is in brackets at its end; each one is listed
-    /// once. Without codes the summary is unchanged.
+    /// The summary with the codes of its present warnings in the status, so that the first line has them: `completed,
+    /// with warnings: unstable-state`. The code of a warning is in brackets at its end; each one is listed once.
+    /// Without codes the summary is unchanged.
     pub fn naming_warnings(mut self) -> Self {
         let mut codes: Vec<&str> = Vec::new();
         for warning in &self.warnings {
@@ -181,7 +178,7 @@ impl Summary {
         texts.into_iter().fold(self, |summary, text| summary.fact(label, text))
     }
 
-    /// Adds an indented text without a label, wrapped to the width.
+    /// Adds a text without a label to the result or the details; it is shown wrapped and indented.
     pub fn note(mut self, text: impl Into<String>) -> Self {
         self.push(SummaryBlock::Note(text.into()));
         self
@@ -196,7 +193,8 @@ impl Summary {
         self
     }
 
-    /// Adds lines without wrapping and indent, such as a part of a file, below a title.
+    /// Adds the lines of `text`, such as a part of a file, without wrapping and indent, below a title and an empty
+    /// line.
     pub fn verbatim(mut self, title: impl Into<String>, text: impl Into<String>) -> Self {
         self.push(SummaryBlock::Verbatim { title: title.into(), text: text.into() });
         self
@@ -207,8 +205,9 @@ impl Summary {
         self.details.as_mut().unwrap_or(&mut self.result).push(block);
     }
 
-    /// The wrapped lines of `subject: status [code]`, with control characters escaped. The line on which the status
-    /// begins is colored from the status on, if the style is.
+    /// The lines of `subject: status [code]`, wrapped to the width of the style and indented from the second one on,
+    /// with control characters escaped. Without a subject the status begins the line. If the style is colored, so is
+    /// the line on which the status begins, from the status on.
     fn headline(&self, style: TextStyle) -> Vec<String> {
         let subject = printable_name(&self.subject);
         let subject = if subject.is_empty() { String::new() } else { format!("{subject}: ") };
@@ -269,8 +268,8 @@ impl Summary {
         }
     }
 
-    /// The lines of several blocks. Empty lines separate them, except that facts and notes follow each other, and a
-    /// note follows a table without a title. A label that equals that of the fact above is left blank.
+    /// The lines of several blocks. An empty line is between two blocks, but not between facts and notes, nor between a
+    /// table without a title and a note. A label that equals that of the fact above is left blank.
     fn section_lines(blocks: &[SummaryBlock], style: TextStyle) -> Vec<String> {
         use SummaryBlock::{Fact, Note, Table};
         let mut lines = Vec::new();
@@ -295,7 +294,7 @@ impl Summary {
     }
 
     /// The text in a style, without a line break at its end: status, result, warnings and details, separated by empty
-    /// lines. Parts without lines are left out.
+    /// lines. Each warning begins with `warning:`. Parts without lines are left out.
     pub fn render(&self, style: TextStyle) -> String {
         let warning = |text: &String| {
             let text = printable(text);

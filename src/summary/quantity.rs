@@ -1,9 +1,10 @@
 //! Numbers with units as text on the terminal, such as 1.014 mm, 0.08 % and 3.2 min.
 //!
-//! Input is an SI value with a number of significant digits. Small values in m, s, N, J and kg (as g) get the largest
-//! prefix of which they are at least a tenth; numbers outside `FIXED_POINT` have an exponent. [`duration`] is in s, min
-//! or h with two digits, [`p_value`] an upper bound below `SMALLEST_P`. Only ASCII is used. Summaries and warnings of
-//! all reports are written with [`number`], [`quantity`], [`p_value`], [`counted`] and [`duration`].
+//! Input is an SI value with a number of significant digits. Values in m, s, N, J and kg (as g below 1 kg) get the
+//! largest prefix (none, m, u, n, p) of which they are at least a tenth. Numbers outside `FIXED_POINT` have an
+//! exponent. [`duration`] is in s, min or h with two digits, [`p_value`] an upper bound below `SMALLEST_P`. Only ASCII
+//! is used. Summaries and warnings of all reports are written with [`number`], [`quantity`], [`p_value`], [`counted`]
+//! and [`duration`].
 
 /// Prefixes with their factors, the largest first.
 const PREFIXES: [(&str, f64); 5] = [("", 1.0), ("m", 1e-3), ("u", 1e-6), ("n", 1e-9), ("p", 1e-12)];

@@ -1,10 +1,10 @@
 //! Tables of text for terminals: a row for each item, a column for each property.
 //!
-//! Columns are as wide as their longest cell, and columns without any text are left out. If a table is too wide,
-//! columns of the kind `wrapped` shrink, the widest first, and their cells continue on further lines; a line may exceed
-//! the width if no column can shrink. Control characters of cells are escaped. Tables are built from items by
-//! [`ItemTable`], or row by row as [`SummaryTable`], and a summary shows them. `left`, `right` (numbers) and `wrapped`
-//! are kinds of columns. `min_width` is the width of the narrowest table. [`distinct`] removes repetitions from a list.
+//! Columns are as wide as their longest cell or heading; columns with a heading only are left out. If a table is too
+//! wide, columns of the kind `wrapped` shrink, the widest first, and their cells continue on further lines; a line may
+//! exceed the width if no column can shrink. Control characters of cells are escaped. Tables are built from items by
+//! [`ItemTable`], or row by row as [`SummaryTable`], and a summary shows them. The kinds of columns are `left`, `right`
+//! (numbers) and `wrapped`.
 
 use crate::summary::layout::{columns, wrapped};
 use marker_files::printable::printable_name;
@@ -48,7 +48,7 @@ impl TextColumn {
     }
 }
 
-/// Number of columns of a line with cells of these widths and [`GAP`] spaces between them.
+/// Number of columns of a line with cells of these `widths` and [`GAP`] spaces between them; 0 without cells.
 fn line_width(widths: &[usize]) -> usize {
     widths.iter().sum::<usize>() + GAP * widths.len().saturating_sub(1)
 }
@@ -138,8 +138,8 @@ impl SummaryTable {
         (0..self.columns.len()).filter(has_text).collect()
     }
 
-    /// Number of columns of the narrowest line that all rows fit into, with wrapped columns at their smallest width,
-    /// and without an indent.
+    /// Number of columns of the narrowest line that all rows fit into, with wrapped columns at their smallest width and
+    /// without an indent. Columns without text do not count.
     pub(crate) fn min_width(&self) -> usize {
         line_width(&self.widths(&self.used(), 0))
     }

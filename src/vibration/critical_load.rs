@@ -4,17 +4,17 @@
 //! Input: a load, its expected value, which gives the sign and the range of the search, and parameters. Let `F(P, p)`
 //! be the squared lowest frequency of the rod under the load `P` with the parameters `p`, 1/s^2. It is positive where
 //! the rod is stable, and nearly linear in `P` for a column. Newton's method in `P` approaches the root from the stable
-//! side, from no load on. It ends at a distance of [`DISTANCE`] of the load, where the equilibrium is not singular yet.
-//! Output ([`CriticalLoad`]): the extrapolated root and its derivatives,
+//! side, from no load on; a load beyond the root is bisected with the last stable one. It ends at a distance of
+//! [`DISTANCE`] of the load, where the equilibrium is not singular yet. Output ([`CriticalLoad`]): the extrapolated
+//! root and its derivatives,
 //!
 //! ```text
-//! P_c = P - F/F_P,   dP_c/dp = -F_p/F_P + F F_Pp/F_P^2
+//! P_c = P - F/F_P, dP_c/dp = (-F_p/F_P + F F_Pp/F_P^2)/(1 - F F_PP/F_P^2)
 //! ```
 //!
-//! whose errors are of second order, and of first order, in the distance times the curvature of `F`. Derivatives of `F`
-//! are exact (hyper-dual numbers). Errors are [`Error::Invalid`] without such a load up to [`FARTHEST`] times the
-//! expected one, as for a rod that bends from the first load on, and those of natural frequencies, as under loads
-//! without a potential.
+//! whose errors are of second order in the distance. Derivatives of `F` are exact (hyper-dual numbers). Errors are
+//! [`Error::Invalid`] without such a load up to [`FARTHEST`] times the expected one, as for a rod that bends from the
+//! first load on, and those of natural frequencies, as under loads without a potential.
 
 use crate::error::Error;
 use crate::problem::Problem;
@@ -29,12 +29,12 @@ const MOST_TRIALS: usize = 40;
 /// Largest critical load that is searched, over the expected one.
 const FARTHEST: f64 = 100.0;
 
-/// A critical load and its derivatives by parameters.
+/// A critical load and its derivatives with respect to parameters.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CriticalLoad {
     /// The load, in its unit in the scene.
     pub value: f64,
-    /// Derivative by each of the parameters, per unit of the parameter.
+    /// Derivative with respect to each of the parameters, per unit of the parameter, in their order.
     pub derivatives: Vec<f64>,
 }
 
@@ -76,7 +76,8 @@ impl Problem {
         };
         let (mut stable, mut trial) = (0.0, 0.0);
         for _ in 0..MOST_TRIALS {
-            // Beyond the critical load the lowest mode has no stiffness, or the rod has buckled and stiffens with the load.
+            // Beyond the critical load the lowest mode has no stiffness, or the rod has buckled and stiffens with the
+            // load.
             let step = match self.distance_to_instability(load, trial) {
                 Ok(step) if step * expected > 0.0 => Some(step),
                 Err(error) if trial == 0.0 => return Err(error),
@@ -104,8 +105,8 @@ impl Problem {
         Err(none())
     }
 
-    /// The step from a `value` of the load to the root of the tangent of the squared lowest frequency, `-F/F_P`, in the
-    /// unit of the load. Errors are those of the natural frequency.
+    /// The step from a `value` of the load to the root of the tangent of the squared lowest frequency `F` as a function
+    /// of the load `P`: `-F/F_P`, in the unit of the load. Errors are those of the natural frequency.
     fn distance_to_instability(&self, load: Parameter, value: f64) -> Result<f64, Error> {
         let problem = self.with_fixed_layout([(load, value)])?;
         let seed = |p, value| Dual64::new(value, f64::from(u8::from(p == load)));
@@ -114,8 +115,9 @@ impl Problem {
         Ok(-squared.re / squared.eps)
     }
 
-    /// The derivative of the critical load by a parameter, from the problem under a load near the critical one; zero by
-    /// the load itself. Errors are those of the natural frequency.
+    /// The derivative of the critical load with respect to a parameter, from the problem under a load near the critical
+    /// one, by the formula in the module header. It is zero with respect to the load itself. Errors are those of the
+    /// natural frequency.
     fn derivative_of_critical_load(
         &self,
         load: Parameter,

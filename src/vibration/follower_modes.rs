@@ -16,7 +16,7 @@ use faer::Mat;
 
 /// Largest number of unknowns of the dense problem, which takes about half a minute.
 const MOST_UNKNOWNS: usize = 1600;
-/// Rounding errors of an eigenvalue, in units of that of the largest one of the inverse.
+/// Multiple of `eps` times the largest eigenvalue of the inverse up to which its imaginary parts are rounding errors.
 const ROUNDING: f64 = 1e3;
 
 /// A mode under loads without a potential.
@@ -25,12 +25,14 @@ pub(super) struct FollowerMode {
     pub frequency: f64,
     /// Growth rate, 1/s; negative if the vibration decays.
     pub growth_rate: f64,
-    /// Real part of the mode over the unknowns of the pencil, at the phase at which its largest entry is real.
+    /// Real part of the mode over the unknowns of the pencil, at the phase at which its largest entry, weighted by the
+    /// root of its mass, is real. It is not normalized.
     pub vector: Vec<f64>,
 }
 
 /// All modes of a pencil with their growth rates, in ascending order of frequency; that of a divergence is minus its
-/// growth rate. `scale`, 1/s^2, is the size of a small eigenvalue: the matrix `K + scale M` is inverted.
+/// growth rate. `scale`, 1/s^2, is the size of a small eigenvalue: the matrix `K + scale M` is inverted. Modes whose
+/// eigenvalue of the inverse is zero to rounding are left out.
 ///
 /// # Errors
 /// [`Error::Invalid`] for too many unknowns, [`Error::SingularEquilibrium`] if `K + scale M` is singular or the

@@ -1,4 +1,4 @@
-//! Natural frequencies about an equilibrium with exact derivatives by parameters.
+//! Natural frequencies about an equilibrium with exact derivatives with respect to parameters.
 //!
 //! A parameter changes tangent and masses, and it moves the equilibrium. So the equilibrium is differentiated first
 //! ([`Trajectory::at_rest`]). Tangent `K` and masses `M` are assembled there in dual numbers. Inverse iteration with
@@ -15,10 +15,10 @@
 //! names have `timoshenko` have frequencies that shear and rotary inertia reduce.
 //!
 //! Input: names of modes ([`ModeName`]) and parameters. Output: one angular frequency per name, in their order, rad/s,
-//! with its derivative by each parameter (`natural_frequencies`; `natural_frequencies_over` over any scalar). Errors: a
-//! mode without stiffness, a number above that of the modes, a filter or parameter that the scene cannot have, and a
-//! load without a potential. With parameters also a mode whose frequency agrees with another one in its plane within
-//! `CLUSTER_DISTANCE`.
+//! with its derivative with respect to each parameter (`natural_frequencies`; `natural_frequencies_over` over any
+//! scalar). Errors: a mode without stiffness, a number above that of the modes, a filter or parameter that the scene
+//! cannot have, and a load without a potential. With parameters also a mode whose frequency agrees with another one in
+//! its plane within `CLUSTER_DISTANCE`.
 //!
 //! [`Trajectory::at_rest`]: crate::Trajectory::at_rest
 
@@ -111,7 +111,7 @@ enum AnyEquilibrium {
     Spatial(CheckedEquilibrium<Frames<f64>>),
 }
 
-/// A mode and its plane; no plane in spatial problems.
+/// A mode and its plane (in or out of the plane of a planar problem); no plane in spatial problems.
 struct PlaneMode {
     plane: Option<ModePlane>,
     pair: Eigenpair,
@@ -186,8 +186,9 @@ impl<'a> NamedModes<'a> {
         Ok(Self { problem, modes: modes.collect(), equilibrium })
     }
 
-    /// The frequencies, rad/s, in the order of the modes, without derivatives: those of the modes as computed, unless
-    /// one of them includes shear and rotary inertia. Errors are those of [`frequencies`](Self::frequencies).
+    /// The frequencies, rad/s, in the order of the modes, without derivatives. They are those of the computed modes. If
+    /// any name requests shear and rotary inertia, all are computed by [`frequencies`](Self::frequencies), whose errors
+    /// are passed on.
     fn plain_frequencies(&self) -> Result<Vec<f64>, Error> {
         // Those of slender rods need no inverse iteration.
         match self.modes.iter().any(|mode| mode.timoshenko) {
@@ -268,10 +269,11 @@ impl<'a> NamedModes<'a> {
     }
 }
 
-/// The modes of a rod with the given names, in their order. The number of computed modes is doubled until all names are
-/// found, each with one more mode above it, or all modes are computed. A number counts the modes that pass its filter,
-/// from 1 on. [`Error::OutOfRange`] for zero or a number above theirs. A mode without stiffness is [`Error::Mode`],
-/// and, if they are `differentiated`, one whose frequency is not its own.
+/// The modes of a rod with the given names, in their order. A number counts the modes that pass its filter, from 1 on.
+/// The number of computed modes is doubled until all names are found, each with one more mode above it, or all modes
+/// are computed. [`Error::OutOfRange`] for zero or a number above that of the modes which pass the filter. A mode
+/// without stiffness is [`Error::Mode`], and, if they are `differentiated`, so is one with the frequency of another
+/// mode.
 pub(super) fn find_named_modes<M: Model, T: Tangent<f64>>(
     rod: &VibratingRod<'_, M, T>,
     names: &[ModeName],
@@ -342,9 +344,9 @@ fn checked_mode(
 }
 
 /// The angular frequency of a mode, rad/s, with the derivatives that `D` carries: [`ITERATIONS`] inverse iterations on
-/// the pencil over `D` from the mode in plain numbers. The squared value is that of the mode, the derivatives are those
-/// of the last quotient. With `timoshenko` it is reduced by shear and rotary inertia. [`Error::SingularEquilibrium`]
-/// for a zero pivot.
+/// the pencil over `D` from the mode in plain numbers. The value is that of the mode in plain numbers; the derivatives
+/// are those of the last Rayleigh quotient. With `timoshenko` the result is reduced by shear and rotary inertia.
+/// [`Error::SingularEquilibrium`] for a zero pivot.
 fn frequency<D: Nestable, M: Model, T: Tangent<D>>(
     state: &VibrationState<'_, D, M, T>,
     PlaneMode { pair, timoshenko, .. }: &PlaneMode,

@@ -1,13 +1,12 @@
-//! Small vibrations about a state (the equilibrium or the rest shape), `K x = omega^2 M x` with the tangent `K` and
-//! the masses `M`.
+//! Small vibrations about a state (the equilibrium or the rest shape), `K x = omega^2 M x` with the tangent `K` and the
+//! masses `M`.
 //!
 //! Output: the lowest modes with frequencies, shapes and kinds, and all unstable ones ([`Modes`]); natural frequencies
-//! with derivatives by parameters, about the equilibrium ([`NaturalFrequency`]). A mode is selected by number and
-//! filter ([`ModeName`]). Named frequencies are reduced by shear and rotary inertia of thick rods, which the model
-//! omits, where the name requests it; the reductions also serve a check of fits. Frequencies are angular, in rad/s;
-//! tables also have Hz. These parts are in `mode` and `modes`, `frequencies`, `name`, `timoshenko` and `thickness`.
-//! `critical_load` has the load at which the lowest mode loses its stiffness. `follower_modes` has frequencies and
-//! growth rates under loads without a potential.
+//! with derivatives with respect to parameters, about the equilibrium ([`NaturalFrequency`]). A mode is selected by
+//! number and filter ([`ModeName`]). Frequencies are angular, in rad/s; tables also have Hz. If its name requests it,
+//! the frequency of a bending mode is reduced by shear and rotary inertia of thick rods (`timoshenko`), which the model
+//! omits. The reductions also serve a check of fits (`thickness`). `critical_load` has the load at which the lowest
+//! mode loses its stiffness, `follower_modes` frequencies and growth rates under loads without a potential.
 
 mod critical_load;
 mod follower_modes;

@@ -3,10 +3,10 @@
 //! [`Mode`] has the angular frequency, rad/s; for a mode that grows without vibrating it is minus the growth rate, 1/s.
 //! It has the [`ModePlane`] (in or out of the plane of the scene), the dominant deformation ([`ModeKind`]), and the
 //! number among the modes of its plane. Its shape is the displacements of all nodes, the longest of length 1. Under
-//! loads without a potential it also has a growth rate. `is_growing` is true for both kinds of growth. [`Modes`] has
-//! the modes in ascending order of frequency, and the state about which they vibrate ([`LinearizationPoint`]:
-//! equilibrium or rest shape). It also has the numbers of unstable and marginal motions, and warnings.
-//! [`Modes::summary`] writes them as a table with Hz and rad/s. The modes are computed in `modes`.
+//! loads without a potential it also has a growth rate. [`Modes`] has the modes in ascending order of frequency, and
+//! the state about which they vibrate ([`LinearizationPoint`]: equilibrium or rest shape). It also has the numbers of
+//! unstable and marginal motions, and warnings. [`Modes::summary`] writes them as a table with Hz and rad/s. The modes
+//! are computed in `modes`.
 
 use crate::code::Code;
 use crate::scene::Resolution;

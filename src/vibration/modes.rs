@@ -15,10 +15,8 @@
 //! eigenpairs for frequencies with derivatives.
 //!
 //! [`VibratingRod`] has tangent, masses and the numbers of unstable and marginal modes at a state; `out_of_plane` is
-//! that of motions out of the plane. `lowest` are its lowest modes, in ascending order. `available` is the number of
-//! modes, `most_free` the largest possible number of free rigid motions, and `node_masses` are those of nodes, kg.
-//! `linearization_state` and `spatial_state` return the state, in the latter case of the spatial model of a planar
-//! problem. `motion_in_model` converts a vector of the pencil to unknowns of the model.
+//! that of motions out of the plane, in the spatial model at the same shape. `lowest` are its lowest modes, in
+//! ascending order, of the `available` ones. Among them are at most `most_free` free rigid motions.
 
 use crate::error::Error;
 use crate::numerics::scalar::Scalar;
@@ -118,8 +116,8 @@ pub(super) fn linearization_state<M: Model>(
     })
 }
 
-/// Unknowns and frames of the spatial model of a planar problem, with its nodes at those of the planar state `q`,
-/// without rotation of the sections about the rod.
+/// Unknowns and frames of the spatial model of a planar problem, with its nodes at those of the planar state `q`, m,
+/// and sections that are not rotated about the rod.
 pub(super) fn spatial_state(
     planar: &PlanarProblem<'_>,
     spatial: &SpatialProblem<'_>,
@@ -129,8 +127,8 @@ pub(super) fn spatial_state(
     spatial.placed_still(&(0..planar.nodes()).map(place).collect::<Vec<_>>())
 }
 
-/// The unknowns of a model for a `vector` over those of the pencil of a `plane`: deflections out of the plane become
-/// motions along its normal, other vectors are copied.
+/// The unknowns of a model for a `vector` over those of the pencil of a `plane`. For `Out` the deflections become
+/// motions along the normal of the scene's plane; other vectors are copied.
 pub(super) fn motion_in_model<M: Model, D: Scalar>(
     discretized: &Discretized<'_, M>,
     plane: Option<ModePlane>,
@@ -176,9 +174,9 @@ pub(crate) struct VibratingRod<'a, M: Model, T: Tangent<f64>> {
     pub(super) discretized: &'a Discretized<'a, M>,
     /// Unknowns at the state, m (rad for angles).
     pub(super) q: &'a [f64],
-    /// Frames there.
+    /// Frames at the state, from which angles are measured.
     pub(super) frames: &'a FramesOf<M>,
-    /// Stiffness and masses there.
+    /// Stiffness `K` and masses `M` at the state.
     pub(super) pencil: Pencil<f64, T>,
     /// Numbers of unstable and marginal modes; zero under loads without a potential.
     stability: Stability,
@@ -265,8 +263,8 @@ impl<M: Model, T: Tangent<f64>> VibratingRod<'_, M, T> {
 
     /// The `count` lowest modes in ascending order (all, if there are fewer), with kinds and shapes. Squared
     /// frequencies below [zero](Discretized::zero_squared_frequency) or their rounding error are set to zero, unless
-    /// they are counted as unstable. A few of uncertain sign are first [recomputed](Self::refine), and stay as they are
-    /// then. Errors: no convergence, singular matrices.
+    /// they are counted as unstable. If few modes have an uncertain sign, these are [recomputed](Self::refine) instead.
+    /// Errors: no convergence, singular matrices.
     pub fn lowest(&self, count: usize) -> Result<Vec<Eigenpair>, Error> {
         let zero = self.discretized.zero_squared_frequency();
         let scale = self.discretized.bending_frequency_squared();
@@ -286,10 +284,10 @@ impl<M: Model, T: Tangent<f64>> VibratingRod<'_, M, T> {
         Ok(found.into_iter().enumerate().map(pair).collect())
     }
 
-    /// Recomputes squared frequencies of at most [`UNCERTAIN_LEVELS`] times the `rounding` error in size, 1/s^2, from
-    /// the second variation of the energy. One within its tolerance becomes zero. Overwrites these modes of `found` in
-    /// ascending order, with vectors that combine the old ones, and returns the range of their indices. It is empty
-    /// without such modes, with more than [`MAX_UNCERTAIN`], and in edge coordinates; then nothing changes.
+    /// Recomputes squared frequencies, 1/s^2, whose size is at most [`UNCERTAIN_LEVELS`] times the `rounding` error,
+    /// from the second variation of the energy. One within its tolerance becomes zero. These modes of `found` are
+    /// overwritten in ascending order, with vectors that combine the old ones; the range of their indices is returned.
+    /// It is empty without such modes, with more than [`MAX_UNCERTAIN`], and in edge coordinates; then nothing changes.
     fn refine(&self, found: &mut [PencilMode], rounding: f64) -> Range<usize> {
         // Only eigenvalues within the uncertainty of their sign, if they are few.
         let level = UNCERTAIN_LEVELS * rounding;
@@ -370,7 +368,7 @@ impl<M: Model, T: Tangent<f64>> VibratingRod<'_, M, T> {
     }
 
     /// Appends to `modes` the `count` lowest modes, or as many as there are unstable ones (at most [`MAX_UNSTABLE`]) if
-    /// these are more. They are numbered from 1 on in ascending order without free motions, which have no number.
+    /// these are more. They are numbered from 1 on in ascending order, except for free motions, which have no number.
     /// Returns the numbers of unstable and marginal motions of the rod. Errors are those of the eigenvalue search.
     fn add_modes(&self, count: usize, modes: &mut Vec<Mode>) -> Result<Stability, Error> {
         if self.follows {

@@ -4,11 +4,12 @@
 //! A filter has a plane (in or out of the plane of a planar scene), a kind and a direction. Modes pass a direction with
 //! more than half of their kinetic energy along it. Without a plane, torsion and directions within 45 degrees of the
 //! normal are out of the plane of a planar scene, all others in it; modes in space have no plane. Modes are counted
-//! from 1 on in ascending order of frequency; free rigid motions are not counted. `check` rejects a zero or infinite
-//! direction, a plane in space, torsion in the plane, axial modes out of it, and modes out of it without torsional
-//! stiffness or with moments. `plane_of` is the plane of a filter in a problem, `None` in space; `includes` tests kind
-//! and direction of a mode. `words` is the filter as text. A name also states whether its frequency is that of a
-//! slender rod, or of Timoshenko's beam.
+//! from 1 on in ascending order of frequency; free rigid motions are not counted. A name also states whether its
+//! frequency is that of a slender rod, or of Timoshenko's beam.
+//!
+//! Rejected (`check`) are a zero or infinite direction, a plane in space, torsion in the plane, axial modes out of it,
+//! and modes out of it without torsional stiffness or with moments. Timoshenko's beam excludes torsion and axial modes,
+//! and requires Poisson's ratio or a shear modulus.
 
 use crate::error::Error;
 use crate::numerics::vector::dot;
@@ -47,7 +48,8 @@ impl ModeName {
     }
 
     /// Rejects modes that the problem cannot have; `key` names the table in messages. See [`ModeFilter::check`]. With
-    /// `timoshenko` these are also torsion and axial modes, and scenes without Poisson's ratio or shear modulus.
+    /// `timoshenko` these are also filters for torsion or axial modes, and scenes without Poisson's ratio or shear
+    /// modulus.
     ///
     /// # Errors
     /// [`Error::Invalid`] with the key, the value and the allowed values.
@@ -124,9 +126,9 @@ impl ModeFilter {
             && self.direction.is_none_or(along)
     }
 
-    /// Rejects modes that the problem cannot have; `key` names the table in messages. These are a zero or infinite
-    /// direction, a plane in a spatial scene, torsion in the plane, and axial modes out of it. Modes out of the plane
-    /// are also rejected without a shear modulus or Poisson's ratio, and with moments.
+    /// Rejects filters that no mode of the problem passes; `key` names the table in messages. These are a zero or
+    /// infinite direction, a plane in a spatial scene, torsion in the plane, and axial modes out of it. Modes out of
+    /// the plane are also rejected without a shear modulus or Poisson's ratio, and with moments.
     ///
     /// # Errors
     /// [`Error::Invalid`] with the key, the value and the allowed values.
@@ -164,8 +166,8 @@ impl ModeFilter {
         Ok(())
     }
 
-    /// The filter as text to be appended to a number, such as ` of torsion out of the plane`, with a leading space;
-    /// empty without conditions.
+    /// The filter as text to be appended to a number, such as ` of torsion out of the plane`: kind, plane and
+    /// direction, with a leading space; empty without conditions.
     pub(crate) fn words(&self) -> String {
         let plane = match self.plane {
             Some(ModePlane::In) => " in the plane",

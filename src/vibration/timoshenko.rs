@@ -70,28 +70,29 @@ pub(super) struct VibrationState<'a, D: Nestable, M: Model, T> {
     pub setup: &'a Setup<D, M>,
     /// Unknowns at the state, m (rad for angles).
     pub q: &'a [D],
-    /// Frames there.
+    /// Frames at the state, from which angles are measured.
     pub frames: &'a FramesOver<D, M>,
-    /// Stiffness and masses there.
+    /// Stiffness `K` and masses `M` at the state.
     pub pencil: &'a Pencil<D, T>,
-    /// The plane of the vibrations of a planar scene.
+    /// The plane of the vibrations of a planar scene; none in space.
     pub plane: Option<ModePlane>,
 }
 
 impl<D: Nestable, M: Model, T: Tangent<D>> VibrationState<'_, D, M, T> {
-    /// Factor of the angular frequency of a bending mode by shear and rotary inertia, `1/sqrt(T)`, at most 1. The mode
-    /// has the angular frequency `frequency`, rad/s, without these effects, and the eigenvector `mode` over the
-    /// unknowns of the pencil.
+    /// Factor of the angular frequency of a bending mode by shear and rotary inertia, `1/sqrt(T)`, at most 1, with `T`
+    /// by [`ThicknessEffect::factor`]. The mode has the angular frequency `frequency`, rad/s, without these effects,
+    /// and the eigenvector `mode` over the unknowns of the pencil.
     pub fn frequency_factor(&self, frequency: D, mode: &[D]) -> D {
         let effect = self.thickness_effect(frequency * frequency, mode);
         effect.factor(shear_flexibility(&self.setup.scene)).sqrt().recip()
     }
 
-    /// The effect on the mode with the eigenvector `mode` and the `squared` angular frequency, for `E/(kappa G) = 1`:
-    /// the integrals of squared shear force over axial stiffness, and of squared rotation of sections times their
-    /// inertia and the squared frequency. Both are midpoint sums over edges, without the parts behind walls, over twice
-    /// the kinetic energy of the mode. The shear force is transverse to the edge: internal force of inertia and
-    /// reactions plus tension times rotation.
+    /// The relative reductions of the `squared` angular frequency, 1/s^2, of the mode with the eigenvector `mode`, for
+    /// `E/(kappa G) = 1`. By shear it is `int Q^2/(E A) ds`, by rotary inertia `omega^2 int rho I theta^2 ds`, each
+    /// over `omega^2 int rho A phi^2 ds`, twice the kinetic energy. Both integrals are midpoint sums over edges,
+    /// without the parts behind walls. The rotation `theta` of sections is the transverse change of the chord over its
+    /// length. The shear force `Q` is transverse to the edge: internal force of inertia and reactions plus tension
+    /// times rotation.
     pub fn thickness_effect(&self, squared: D, mode: &[D]) -> ThicknessEffect<D> {
         let (discretized, model) = (self.discretized, self.discretized.model);
         let edges = discretized.nodes() - 1;

@@ -8,10 +8,11 @@
 //! in one of these columns. A line of units may stand between header and rows: one with a known unit ([`is_unit`]:
 //! time, length, px, or a quantity of sensors) in all stated columns. The unit of a column is the stated one, else that
 //! in brackets in the header, else of the line of units. Else it is a unit of time or length, or px, at the end of the
-//! name, if any. [`ColumnRules::fit`] returns whether lines are a table by the rules. Errors, as messages with a line:
-//! no rule, the column 0, columns that the file does not have, no number in the stated columns, and a name above
-//! several columns. So are two rules for one column, and a stated unit that differs from that in brackets, or without
-//! brackets from that of the line of units.
+//! name, if any. [`ColumnRules::fit`] returns whether [`ColumnRules::find`] succeeds and all rows have equally many
+//! fields, with numbers or blanks in the stated columns. Errors, as messages with a line: no rule, the column 0,
+//! columns that the file does not have, no number in the stated columns, and a name above several columns. So are two
+//! rules for one column, and a stated unit that differs from that in brackets, or without brackets from that of the
+//! line of units.
 
 use crate::separator::{TextRecord, is_number_or_blank};
 use crate::units::{is_same_unit, is_unit, plain_unit, split_unit, suffix_unit};
@@ -155,6 +156,7 @@ pub(crate) struct FoundColumn {
     pub name: String,
     /// Index of the column, counted from 0.
     pub index: usize,
+    /// Unit by the rule, the header, the line of units or the ending of the name, in this order; `None` without any.
     pub unit: Option<String>,
 }
 

@@ -25,8 +25,9 @@ thread_local! {
     static FILES: RefCell<Option<BTreeMap<PathBuf, Vec<u8>>>> = const { RefCell::new(None) };
 }
 
-/// Calls `read`, during which this thread reads `files` (their contents by path) and no others. Other threads read the
-/// disk. The files of an outer call are read again afterwards.
+/// Calls `read`, during which this thread reads `files` (their contents by path) and no others. A path that is read is
+/// looked up without its components `.`, which the keys must not have. Other threads read the disk. The files of an
+/// outer call are read again afterwards.
 ///
 /// ```
 /// use marker_files::file;
@@ -104,7 +105,7 @@ fn variable(name: &str) -> Option<OsString> {
 }
 
 /// The bytes of a regular file, or of a pipe that the shell opened. An error for more than `most` bytes, and for other
-/// kinds of files.
+/// kinds of files. Within [`with_files`] the given contents are returned, of any size.
 fn bytes(path: &Path, most: u64) -> io::Result<Vec<u8>> {
     if let Some(content) = in_memory(path) {
         return content;

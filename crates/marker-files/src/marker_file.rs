@@ -38,7 +38,7 @@ pub struct MarkerFile {
 }
 
 impl MarkerFile {
-    /// An error at a line, counted from 1, of this file.
+    /// An error at a line, counted from 1, of this file, with the found and the allowed content as message.
     pub fn error(&self, line: u64, message: impl Into<String>) -> Error {
         Error::data(&self.path, line, message)
     }
@@ -193,7 +193,7 @@ impl FieldLines {
         MarkerFile { path: self.path.clone(), format: self.format, clock, lengths, frames, markers }
     }
 
-    /// An error at a line, counted from 1, of this file.
+    /// An error at a line, counted from 1, of this file, with the found and the allowed content as message.
     pub fn error(&self, line: u64, message: impl Into<String>) -> Error {
         Error::data(&self.path, line, message)
     }

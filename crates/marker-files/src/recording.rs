@@ -2,14 +2,15 @@
 //! are in seconds and meters in the axes of the world.
 //!
 //! Time is (reading - start) over the frame rate, or times the unit of the clock. A coordinate is (reading - origin)
-//! times the unit of the file, or the key `scale`; y changes its sign where it points down. The result is mapped to the
-//! world's axes. If a likelihood is stated, positions with a lower one, or without any, are missing (`None`).
-//! [`Recording::convert`] converts all frames of a marker of a [`MarkerFile`], which [`Recording::select_marker`]
-//! selects. For plain tables with one marker, [`Recording::columns`] and its parts (`axis_columns`, `sigma_columns`)
-//! return columns of clock, coordinates and standard deviations with their factors; `check_columns` rejects further
-//! columns. [`Recording::position`] returns the position of a row, m, and [`Recording::row_sigma`] its standard
-//! deviations, m. [`Recording::observed_axes`] returns which axes of the world are observed. Keys that contradict the
-//! file, or are missing, are errors, as are results of a conversion that are not finite.
+//! times the unit of the file. The key `scale` is the size of pixels, and of a unit that the file does not name (m
+//! without the key). y changes its sign where it points down. The result is mapped to the world's axes. If a likelihood
+//! is stated, positions with a lower one, or without any, are missing (`None`). [`Recording::convert`] converts all
+//! frames of a marker of a [`MarkerFile`], which [`Recording::select_marker`] selects. For plain tables with one
+//! marker, [`Recording::columns`] and its parts (`axis_columns`, `sigma_columns`) return columns of clock, coordinates
+//! and standard deviations with their factors; `check_columns` rejects further columns. [`Recording::position`] returns
+//! the position of a row, m, and [`Recording::row_sigma`] its standard deviations, m. [`Recording::observed_axes`]
+//! returns which axes of the world are observed. Keys that contradict the file, or are missing, are errors, as are
+//! results of a conversion that are not finite.
 
 use crate::axes::Axes;
 use crate::columns::ColumnRules;
@@ -88,9 +89,9 @@ pub type AxisColumns = [Option<(usize, f64)>; 3];
 pub struct ClockedColumns {
     /// Column of the clock, and its unit in s.
     pub time: (usize, f64),
-    /// Columns of the positions.
+    /// Columns of the positions, by axis of the file; the factor of y is negative if y points down.
     pub axes: AxisColumns,
-    /// Columns of their standard deviations.
+    /// Columns of their standard deviations, by axis of the file; all `None` without the key `sigma`.
     pub sigma: AxisColumns,
 }
 
@@ -98,7 +99,8 @@ pub struct ClockedColumns {
 pub const NOT_FINITE: &str = "found a time or position that is not finite, allowed: finite values. Check fps, scale and \
      origin";
 
-/// Whether a time and a position are finite after the conversion by rate, scale and origin.
+/// Whether a time and all coordinates of a position are finite after the conversion by rate, scale and origin. Missing
+/// coordinates (`None`) count as finite.
 pub fn is_finite(time: f64, position: &[Option<f64>; 3]) -> bool {
     time.is_finite() && position.iter().flatten().all(|x| x.is_finite())
 }
@@ -107,7 +109,7 @@ pub fn is_finite(time: f64, position: &[Option<f64>; 3]) -> bool {
 pub struct Converted {
     /// Line in the file and time, s, of all frames; negative before `time_zero`.
     pub times: Vec<(u64, f64)>,
-    /// Positions in all frames, m.
+    /// Positions in all frames, m; a coordinate that was not observed is `None`.
     pub positions: Vec<[Option<f64>; 3]>,
 }
 
@@ -232,8 +234,8 @@ impl Recording {
     ///
     /// # Errors
     ///
-    /// A name that no marker has, or several that differ in case only; several markers without the key; a file without
-    /// markers.
+    /// A name that no marker has, or several: exactly, or in other case if none has exactly this name. Several markers
+    /// without the key, and a file without markers.
     pub fn select_marker<'a>(&self, file: &'a MarkerFile) -> Result<&'a MarkerData, Error> {
         // Two markers may differ in the case of their names only: an exact match has priority.
         let exact = |name: &String| file.markers.iter().any(|m| m.name == *name);
@@ -275,9 +277,9 @@ impl Recording {
     ///
     /// # Errors
     ///
-    /// The key `sigma`, which is for tables with one marker only. A missing `fps` for frame numbers, `scale` for
-    /// pixels, or `y` for pixels and TrackMate without a direction. A key that contradicts the file, or has a wrong
-    /// value, and a result that is not finite.
+    /// The key `sigma`, which is for tables with one marker only. A missing `fps` for frame numbers without a rate,
+    /// `scale` for pixels, or `y` for pixels whose direction the program does not fix and for lengths of TrackMate. A
+    /// key that contradicts the file, or has a wrong value, and a result that is not finite.
     pub fn convert(&self, file: &MarkerFile, marker: &MarkerData) -> Result<Converted, Error> {
         let refused = |message: String| file.error(1, message);
         if self.sigma.is_some() {

@@ -7,11 +7,12 @@
 //! header; without any of them white space if all lines have equally many words, else a comma. [`stated_separator`]
 //! reads a first line `sep=;`, as Excel writes it; another character there is an error. [`Separator::records`] splits
 //! bytes into [`TextRecord`]s with their lines; lines that start with `#` are comments and left out, as are blank
-//! lines, also those of spaces or separators only. Fields that are not UTF-8 are errors ([`csv_error`]). [`delimiter`] is the first
-//! comma, semicolon or tab of the header, [`with_tabs`] replaces spaces between columns by tabs, and
-//! [`is_number_or_blank`] and [`is_number`] test a field. [`has_row_names`] returns whether rows have one field more
-//! than the header and begin with their numbers. [`header_separator`] is that of the header, `None` without any.
-//! Semicolons [imply decimal commas](Separator::implies_decimal_commas).
+//! lines, also those of spaces or separators only. Fields that are not UTF-8 are errors ([`csv_error`]).
+//!
+//! [`header_separator`] is the first comma, semicolon or tab of the header, `None` without any, and [`delimiter`] the
+//! same with a comma as the default. [`with_tabs`] replaces spaces between columns by tabs. [`is_number_or_blank`] and
+//! [`is_number`] test a field. [`has_row_names`] returns whether rows have one field more than the header and begin
+//! with their numbers, from 0 or 1. Semicolons [imply decimal commas](Separator::implies_decimal_commas).
 
 use crate::error::Error;
 use csv::{ReaderBuilder, StringRecord, Trim};
@@ -173,8 +174,8 @@ pub(crate) fn is_table(records: &[TextRecord], separator: Separator) -> bool {
     width > 1 && !rows.is_empty() && rows.iter().all(is_row)
 }
 
-/// Whether all rows have one field more than the header, and begin with numbers that count from 0 or 1, as R writes
-/// them. It is false without rows.
+/// Whether all rows have one field more than the header, and begin with their numbers 0, 1, 2, .. or 1, 2, 3, .., as R
+/// writes them. It is false without rows.
 pub(crate) fn has_row_names(header: &TextRecord, rows: &[TextRecord]) -> bool {
     let first = rows.first().map_or("", |row| row.field(0));
     let Some(from) = ["0", "1"].iter().position(|own| *own == first) else { return false };

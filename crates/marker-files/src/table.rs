@@ -169,7 +169,7 @@ impl Table {
         })
     }
 
-    /// The names of all columns, joined by commas and cut to 80 characters, for messages.
+    /// The names of all columns, in lower case, joined by commas and cut to 80 characters, for messages.
     pub fn columns_found(&self) -> String {
         let found: Vec<&str> = self.columns.iter().map(|(column, _)| column.as_str()).collect();
         token(&found.join(", "))
@@ -189,7 +189,7 @@ impl Table {
         })
     }
 
-    /// An error at a line, counted from 1, of this file.
+    /// An error at a line, counted from 1, of this file, with the found and the allowed content as message.
     pub fn error(&self, line: u64, message: &str) -> Error {
         Error::data(&self.path, line, message)
     }

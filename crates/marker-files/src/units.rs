@@ -2,8 +2,9 @@
 //!
 //! [`TIMES`], [`LENGTHS`] and the lists of sensors ([`FORCES`], [`MOMENTS`], [`ACCELERATIONS`], [`ANGLES`],
 //! [`CURVATURES`], [`STRAINS`]) are the known units with their sizes in SI units. [`is_unit`] returns whether a text is
-//! one of them. [`split_unit`] splits a name from any unit in brackets, [`suffix_unit`] from a known unit behind `_`;
-//! both return names and symbols as text, without errors. [`plain_unit`] writes a micro sign as `u`.
+//! one of them, [`is_same_unit`] whether two texts are spellings of one unit. [`split_unit`] splits a name from any
+//! unit in brackets, [`suffix_unit`] from a known unit behind `_`; both return names and symbols as text, without
+//! errors. [`plain_unit`] writes a micro sign as `u`.
 
 use std::f64::consts::PI;
 
@@ -49,7 +50,8 @@ pub const STRAINS: [(&str, f64); 9] = [
     ("nm/m", 1e-9),
 ];
 
-/// Whether a text is the symbol of one of these units, or `px`.
+/// Whether a text is the symbol of a unit in one of the lists of this file, or `px`. The strain `1` is none, as a line
+/// of units may have a number there.
 pub(crate) fn is_unit(symbol: &str) -> bool {
     let lengths_and_times = TIMES.iter().chain(&LENGTHS);
     let of_sensors = FORCES.iter().chain(&MOMENTS).chain(&ACCELERATIONS).chain(&ANGLES);
@@ -58,7 +60,8 @@ pub(crate) fn is_unit(symbol: &str) -> bool {
     symbol == "px" || lengths_and_times.chain(of_sensors).any(|(own, _)| *own == symbol)
 }
 
-/// Whether two symbols are one unit, perhaps in other spellings, as `N m` and `Nm`.
+/// Whether two symbols are one unit: equal texts, or two units of one sensor quantity with equal sizes, as `N m` and
+/// `Nm`.
 pub(crate) fn is_same_unit(a: &str, b: &str) -> bool {
     let are_in = |units: &[(&str, f64)]| {
         let size = |symbol| units.iter().find(|(own, _)| *own == symbol).map(|(_, size)| *size);

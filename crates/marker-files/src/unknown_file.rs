@@ -138,7 +138,8 @@ fn text(bytes: &[u8]) -> Option<String> {
     None
 }
 
-/// Whether a column in the header of a text names accelerations: `ax`, `ay`, `az`, `accel`, or a unit m/s^2.
+/// Whether a column in the header of a text is one of accelerations, ignoring case. Its name is then `ax`, `ay` or
+/// `az`, or it contains `accel` or a unit m/s^2. The header is the first line that is neither blank nor a comment.
 fn has_accelerations(bytes: &[u8]) -> bool {
     let text = String::from_utf8_lossy(&bytes[..bytes.len().min(EXAMINED)]).to_lowercase();
     let mut lines = text.lines().filter(|line| !line.trim().is_empty() && !line.starts_with('#'));

@@ -11,8 +11,9 @@ use rodfit::Error;
 use std::path::Path;
 
 /// The script of a job array with `shards` jobs of `threads` processors and the time limit `time` (notation of Slurm),
-/// which run the plan in `folder`. Fits that an ended job leaves open are computed by the next submission. Errors: a
-/// time with other characters than digits, `:` and `-`; a folder that does not exist.
+/// which run the plan in `folder`. The job is named after the folder, with hyphens for white space. Fits that an ended
+/// job leaves open are computed by the next submission. Errors: a time with other characters than digits, `:` and `-`;
+/// a folder that does not exist.
 pub(super) fn job_script(
     folder: &Path,
     time: &str,

@@ -1,14 +1,14 @@
 //! `rodfit fit --extend`: refits with one omitted effect added, for each effect that may explain the residuals.
 //!
 //! The significant score tests of the first fit propose candidates, such as a compliant clamp. Each candidate adds one
-//! effect to the original fit file. A refit improves on the first if it converged, its grade is no worse and its
-//! likelihood is significantly higher. The last is not required if the first did not converge. Of these the one with
-//! the best grade wins, then the smallest RMS residual. The fit file becomes that of the best one. Another one that
-//! explains the residuals as well, with a contradicting value of a parameter, becomes a warning, and a better grade
-//! becomes correlated-or-missing. Without an improvement file and report are those of the first fit, with a warning
-//! that has the candidates tried, if there are any. An interruption ends the refits; the completed ones count. Rejected
-//! candidates, and those whose refit fails, are printed as notes. An error is returned only if the candidates cannot be
-//! made.
+//! effect to the original fit file. A refit improves on the first if it converged, its grade is no worse, and twice its
+//! log-likelihood is higher by more than 4. The last is not required if the first did not converge. Of these the one
+//! with the best grade wins, then the smallest RMS residual. The fit file becomes that of the best one. Another one
+//! that explains the residuals as well, with a contradicting value of a parameter, becomes a warning, and a better
+//! grade becomes correlated-or-missing. Without an improvement file and report are those of the first fit, with a
+//! warning that has the candidates tried, if there are any. An interruption ends the refits; the completed ones count.
+//! Rejected candidates, and those whose refit fails, are printed as notes. An error is returned only if the candidates
+//! cannot be made.
 
 use crate::command::terminal;
 use rodfit::Error;

@@ -1,11 +1,11 @@
 //! Names for several fits of one command, and the paths of their outputs.
 //!
 //! A fit is named after its file, with as many parent folders in front as distinguish it from the others (`a-fit`,
-//! `b-fit` for `a/fit.toml`, `b/fit.toml`); all names differ. The name is appended to the stem of each output file (`--save`, `--json`),
-//! and is the folder of its page in that of `--report`. Files of `--save` get the extension `toml`. A single fit has no
-//! name, and its paths stay. A fit file that is given twice, and several fits on standard output, are errors.
-//! [`fit_names`] returns the names, [`output_path`] the path of the output of an option, and [`path_with_name`] a path
-//! with a name appended and another extension.
+//! `b-fit` for `a/fit.toml`, `b/fit.toml`); all names differ. The name is appended to the stem of each output file
+//! (`--save`, `--json`), and is the folder of its page in that of `--report`. Files of `--save` get the extension
+//! `toml`. A single fit has no name, and its paths stay. A fit file that is given twice, and several fits on standard
+//! output, are errors. [`fit_names`] returns the names, [`output_path`] the path of the output of an option, and
+//! [`path_with_name`] a path with a name appended and another extension.
 
 use rodfit::Error;
 use std::collections::BTreeMap;

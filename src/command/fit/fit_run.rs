@@ -2,11 +2,11 @@
 //!
 //! Three kinds of fit files are distinguished: validation data only (predictions, no fit), parameters that vary along
 //! the rod (`[[field]]`), and single parameters. Each prints a summary and writes the requested report (`--json`) and
-//! page (`--report`); fits also write the scenes with fitted values (`--save`). `--extend` is an error for the first
-//! two kinds, `--save` and `--known` for the first. `inputs` are the files that the fit reads; `solve` makes the fit
-//! until a stop flag is set. The result is an exit code with a line for the overview of several fits, and of single
-//! parameters a summary for the comparison page. The code is 3 if the grade is not usable, no minimum was reached or an
-//! experiment could not be predicted. An output that cannot be written may raise it.
+//! page (`--report`); fits also write the scenes with fitted values (`--save`). `--extend` and `--known` are errors for
+//! the first two kinds, `--save` for the first, `--monte-carlo` for the second. `inputs` are the files that the fit
+//! reads; `solve` makes the fit until a stop flag is set. The result is an exit code with a line for the overview of
+//! several fits, and of single parameters a summary for the comparison page. The code is 3 if the grade is not usable,
+//! no minimum was reached or an experiment could not be predicted. An output that cannot be written may raise it.
 
 use crate::command::fit::FitOptions;
 use crate::command::fit::extend::extended_fit;
@@ -148,8 +148,8 @@ impl FitRun {
     }
 
     /// Estimates parameters that vary along the rod and writes the scenes (also without convergence), the report, the
-    /// page and the summary. `--extend` is rejected. The exit code is 3 if no minimum was reached, or that of an output
-    /// that cannot be written.
+    /// page and the summary. `--extend` is rejected here, `--known` and `--monte-carlo` when the fit is made. The exit
+    /// code is 3 if no minimum was reached, or that of an output that cannot be written.
     fn solve_field(self, fit: &FieldFit) -> Result<SolvedFit, Error> {
         if self.extends {
             let allowed =

@@ -73,8 +73,8 @@ struct SizeOption {
 
 impl Measures {
     /// The text of a template's `scene` with the given measures in place of its values. `is_planar`: the rod bends in
-    /// the x-y plane, which a rectangle needs. Sizes that are not positive, sizes of different sections, and a length for
-    /// a scene without one are errors.
+    /// the x-y plane, which a rectangle needs. Sizes that are not positive, sizes of different sections, and a length
+    /// for a scene without one are errors.
     pub fn apply(&self, scene: &str, is_planar: bool) -> Result<String, Error> {
         self.check(is_planar)?;
         if let Some(length) = self.length.filter(|_| !scene.contains(LENGTH)) {

@@ -1,10 +1,10 @@
 //! `rodfit init`: writes a template of an experiment, a scene file (TOML), a fit file (TOML) and data, into a folder.
 //!
 //! Templates are cantilever, droop, frequencies, helix and cable. The data are synthetic (a simulation with noise), or
-//! the recording of the user (`--from`), whose frame rate, units and end time are then written into the files; of a
-//! cable also its lengths. Existing files are an error unless `--overwrite` is given. The printed summary has the names
-//! of the files, keys whose value is still a placeholder such as `..`, and the next command. The exit code is 0, or
-//! that of a file that cannot be written.
+//! the recording of the user (`--from`). Frame rate, units and end time of a recorded tip are then written into the
+//! files, of a cable frame rate, units and lengths, of a droop the path only. Existing files are an error unless
+//! `--overwrite` is given. The printed summary has the names of the files, keys whose value is still a placeholder such
+//! as `..`, and the next command. The exit code is 0, or that of a file that cannot be written.
 
 mod cable;
 mod measures;

@@ -1,9 +1,10 @@
 //! `rodfit init --from`: the scene and fit file of a template for a recording of the user.
 //!
-//! The file is read once, so that one that cannot be used is an error at this stage. The templates cantilever and
-//! helix get the end time (the last sample, rounded up to 1e-3 s) and the keys of the tip's observation. The template
-//! droop gets the path of the shape, and cable lengths, time step and gripper motion from the markers. Fewer than
-//! `MIN_MARKERS` markers are an error. With the template frequencies `--from` is an error: it has no data file.
+//! The recording is read here, so that one that cannot be used is an error at this stage. The templates `cantilever`
+//! and `helix` get the end time (the last sample, rounded up to 1e-3 s) and the keys of the tip's observation. The
+//! template `droop` gets the path of the recorded shape. The template `cable` gets lengths of edges and time step from
+//! the markers, and the recording as the motion of its ends; fewer than `MIN_MARKERS` markers are an error. With the
+//! template `frequencies`, which has no data file, `--from` is an error.
 
 use crate::command::init::cable::{MIN_MARKERS, cable_scene};
 use crate::command::init::{InitOptions, NewFile, Template, TemplateTexts, toml_string};
@@ -12,9 +13,10 @@ use rodfit::scene::Track;
 use rodfit::{Error, Observation};
 use std::path::Path;
 
-/// Scene and fit file of a template for the data `file`, with the frame rate and scale of `options`. Of a recorded tip
-/// the simulated time ends with the last sample, rounded up to 1e-3 s. A file that cannot be read, or any with the
-/// template frequencies, is an error.
+/// Scene and fit file of a template for the data `file`. Of a recorded tip the simulated time ends with the last
+/// sample, rounded up to 1e-3 s. The file is read with the frame rate, scale and columns of `options`, a droop without
+/// the frame rate. Fit files of tips and scenes of cables get these as keys; the fit file of a droop gets the path
+/// only. A file that cannot be read, or any with the template frequencies, is an error.
 pub(super) fn recorded_files(
     texts: &TemplateTexts,
     file: &Path,

@@ -128,8 +128,9 @@ impl Outputs {
         Some(Output(self.targets.len() - 1))
     }
 
-    /// An error for the first output that is one of the `inputs` or another output, for two on standard output, or for
-    /// a file that [cannot be written](Target::check_writable). No file is created.
+    /// An error for the first output that is one of the `inputs` or another output, and for a file that [cannot be
+    /// written](Target::check_writable). Two outputs on standard output, and `-` as the folder of an output, are errors
+    /// too. No file is created.
     pub fn check(&self, inputs: &[PathBuf]) -> Result<(), Error> {
         let inputs: Vec<PathBuf> = inputs.iter().map(|path| identity(path)).collect();
         // Each output is compared with the inputs and with the outputs before it.
@@ -195,7 +196,8 @@ impl Outputs {
         !self.global.quiet && !self.targets.iter().any(Target::is_stdout)
     }
 
-    /// Whether an output is a regular file; `false` for none, standard output and devices.
+    /// Whether an output goes to a regular file, which need not exist yet; `false` for no output, standard output and
+    /// devices.
     pub fn is_file(&self, output: Option<Output>) -> bool {
         output.is_some_and(|Output(i)| !self.targets[i].files().is_empty())
     }

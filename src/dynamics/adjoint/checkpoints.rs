@@ -31,7 +31,7 @@ pub struct Checkpoints<R: Rod<f64>> {
     stretch: usize,
 }
 
-/// A function called with a state and the linearized step that led to it, if any.
+/// A function called with a state and the linearized step that led to it; `None` for the initial state.
 pub type StepVisitor<'a, R> = dyn FnMut(
         &State<f64, <R as Rod<f64>>::Frames>,
         Option<&Linearization<'_, f64, R>>,

@@ -1,14 +1,14 @@
-//! Derivatives of a misfit by entries of lists of natural curvatures and twists along the rod. Each entry changes
-//! the laws of a few joints only.
+//! Derivatives of a misfit by entries of lists of natural curvatures and twists along the rod. Each entry changes the
+//! laws (stiffness and natural stress) of a few joints only.
 //!
 //! Input: the requested parameters ([`RequestedParameters`] divides them into list entries and others), and the
-//! derivatives of the misfit by the laws of all joints. One rod in dual numbers, with a derivative along all entries of
-//! a list, contains the derivative of every joint's law by the value at the joint. The derivative of the misfit by that
-//! value is distributed to the entries with their interpolation weights. A rod for each entry would cost as many
-//! constructions as there are entries. `separate_lists` treats all entries as other parameters, which is needed if the
-//! initial state depends on them. Output: `add_natural_strains` overwrites their entries of the gradient, at their
-//! indices in the request, zero without influence. A parameter that the scene does not have, or its model cannot vary,
-//! is an error.
+//! derivatives of the misfit by the laws of all joints. The natural strain `c_i` at joint `i` is interpolated from the
+//! entries `e_k`, `c_i = sum_k w_ik e_k`. One rod in dual numbers, with a derivative along all entries of a list,
+//! contains the derivative of every joint's law by `c_i`. Its product with those of the misfit by the law is `dJ/dc_i`,
+//! and the derivative by an entry is `dJ/de_k = sum_i w_ik dJ/dc_i`. So one rod serves a whole list. `separate_lists`
+//! treats all entries as other parameters, which is needed if the initial state depends on them. Output:
+//! `add_natural_strains` overwrites their entries of the gradient, at their indices in the request, zero without
+//! influence. A parameter that the scene does not have, or its model cannot vary, is an error.
 //!
 //! `NaturalStrains` is a list, `ListEntryParameter` a requested entry of one, and `UnlistedParameter` another
 //! parameter.
@@ -122,8 +122,8 @@ impl RequestedParameters {
         Ok(requested)
     }
 
-    /// Moves all entries of lists to the other parameters. Needed if the initial state depends on them other than
-    /// through the laws of joints.
+    /// Moves all entries of lists behind the other parameters, so that `listed` is empty. Needed if the initial state
+    /// depends on them other than through the laws of joints.
     pub fn separate_lists(&mut self) {
         for ListEntryParameter { index, .. } in self.listed.drain(..) {
             self.single.push(UnlistedParameter { index, parameter: self.all[index] });
@@ -132,9 +132,9 @@ impl RequestedParameters {
 }
 
 /// Overwrites the entries of `gradient` for the list parameters `listed` with the derivatives of the misfit by them.
-/// `laws` are its derivatives by the laws of all joints. Per list, one rod in dual numbers gives the derivative by the
-/// value at each joint, which is divided among the entries by their interpolation weights. Entries without influence
-/// get zero.
+/// `laws` are its derivatives by the laws (stiffness and natural stress) of all joints. Per list, one rod in dual
+/// numbers gives the derivative by the natural strain at each joint. That by an entry is the sum of these, times the
+/// entry's interpolation weight at the joint; it is zero for an entry without influence.
 pub fn add_natural_strains<M: Model>(
     discretized: &Discretized<'_, M>,
     laws: &LawDerivatives,

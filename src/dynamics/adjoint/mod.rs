@@ -1,11 +1,12 @@
 //! Adjoint derivatives: the gradient of a misfit by any number of parameters, at the cost of about one more run.
 //!
 //! Forward sensitivities cost a part of a run for every parameter. The adjoint starts from the derivatives of the
-//! misfit by the recorded motion and applies the [transposed map](crate::dynamics::sensitivity) of every step, from
-//! the last to the first. Each step takes one solve with the factors of its symmetric matrix. The sweep sums the
-//! derivatives by the laws of all elements, masses, loads, damping and drag, and ends with those by the initial
-//! state. Their products with the derivatives of these numbers by a parameter are the gradient; these come from one
-//! initial state in dual numbers per parameter.
+//! misfit by the recorded motion and applies the [transposed map](crate::dynamics::sensitivity) of every step, from the
+//! last to the first. Each step takes one solve with the factors of its symmetric matrix. The sweep sums the
+//! derivatives `dJ/dn` by the numbers `n` of the simulation: laws (stiffnesses and natural stresses) of all elements,
+//! masses, loads, damping and drag. It ends with those by the initial state `y0`. The gradient by a parameter `p` is
+//! `dJ/dy0 dy0/dp + dJ/dn dn/dp`, plus the sum over the steps of the parts through moving supports and loads that
+//! change with time. `dy0/dp` and `dn/dp` come from one initial state in dual numbers per parameter.
 //!
 //! Input: [`Reversible::run`] simulates a number of steps of a problem and records the tracked nodes
 //! ([`Reversible::trajectory`]); `run_within` limits the bytes of the stored states. `Reversible::slopes` returns zero
@@ -186,7 +187,7 @@ impl Reversible {
         &self.problem
     }
 
-    /// The recorded motion of the tracked nodes.
+    /// The recorded motion of the tracked nodes at all steps, the start included.
     pub fn trajectory(&self) -> &Trajectory {
         &self.trajectory
     }
@@ -199,12 +200,13 @@ impl Reversible {
     }
 
     /// The derivatives of a misfit by each of the `parameters`, in their order, in the unit of the misfit over that of
-    /// the parameter. `slopes` are the derivatives of the misfit by the recorded motion. If a parameter is a
-    /// Kelvin-Voigt time and the rod has no viscosity, the run is repeated with a trace of it before the reverse sweep.
+    /// the parameter. `slopes` are the derivatives of the misfit by the recorded motion of this run. If a parameter is
+    /// a Kelvin-Voigt time and the rod has no viscosity, the run is repeated with a trace of it before the reverse
+    /// sweep.
     ///
     /// # Errors
     /// [`Error::Invalid`] for a parameter that the scene does not have; [`Error::SingularTangent`] where a step has no
-    /// derivatives; those of a step where stretches are run again, and of
+    /// derivatives; those of steps that are repeated, and of
     /// [`Discretized::simulation_over`](crate::Discretized::simulation_over).
     pub fn gradient(
         &self,
@@ -426,8 +428,8 @@ where
     start::gradient(discretized, by_start, requested)
 }
 
-/// Adds the derivatives `slope` by position and velocity of a node, converted from world axes to those of the model,
-/// to the lists `to`. These are the derivatives by all unknowns and by all velocities.
+/// Adds the derivatives `slope` of a misfit by position and velocity of a node, in world axes, to `to`: its derivatives
+/// by all unknowns and by all velocities. They are converted to the axes of the model.
 fn add_slope<M: Model>(model: &M, node: usize, slope: &Motion, to: [&mut [f64]; 2]) {
     for (slope, to) in slope.iter().zip(to) {
         let own = model.components(*slope);
@@ -445,8 +447,8 @@ where
     if M::STRIDE > 3 { rod.zero_law_derivatives(false).stretch.len() } else { 0 }
 }
 
-/// The loads in time with their derivatives along each requested parameter outside of lists; entries of lists of
-/// natural strains never change them. Empty without loads in time.
+/// The loads that change with time, with their derivatives along each requested parameter that is no entry of a list of
+/// natural strains; such entries never change loads. Empty without loads that change with time.
 fn timed_load_slopes<M: Model>(
     discretized: &Discretized<'_, M>,
     requested: &RequestedParameters,
@@ -464,9 +466,9 @@ fn timed_load_slopes<M: Model>(
     slopes
 }
 
-/// The moving supports of the run, with their motion in dual numbers for each requested parameter outside of lists.
-/// Only parameters along which the motion has a derivative are added; entries of lists never have one. None are added
-/// if no end is clamped or pinned, or no support moves.
+/// The moving supports of the run, with their motion in dual numbers for each requested parameter that changes this
+/// motion. Entries of lists of natural strains never do. No parameter is added if the motion depends on no number of
+/// the scene, as without moving supports or with a recorded motion.
 fn moving_supports<M: Model>(
     discretized: &Discretized<'_, M>,
     checkpoints: &Checkpoints<M::Rod<f64>>,

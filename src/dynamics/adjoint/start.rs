@@ -1,12 +1,13 @@
 //! The last stage of the adjoint: the gradient of a misfit by parameters, at the start of the run.
 //!
-//! Input: derivatives of the misfit by the initial state, by the numbers of the simulation, and by parameters through
-//! moving supports and loads in time, from the reverse sweep ([`ByStart`]). Further the requested parameters. One
-//! simulation over dual numbers per parameter has the derivatives of initial state and numbers by it; the gradient is
-//! the sum of the products and of the parts by supports and loads in time. For lists of natural strains one product
-//! serves all entries, through the laws of the joints. This requires a start at rest, or at an equilibrium without
-//! angular velocity and with a regular tangent, and no perturbation. Otherwise each entry is treated as a parameter.
-//! Output: one derivative per requested parameter, in their order.
+//! Input: the requested parameters, and the sums of the reverse sweep ([`ByStart`]). These are derivatives of the
+//! misfit by the initial state and by the numbers of the simulation (laws, masses, loads, damping, drag). Further ones
+//! are by parameters through moving supports and loads that change with time. One simulation over dual numbers per
+//! parameter has the derivatives of initial state and numbers by it. The gradient is the sum of their products with
+//! those of the misfit, and of the parts through supports and loads. For a list of natural strains one product serves
+//! all entries, through the laws (stiffness and natural stress) of the joints. This requires a start from the rest
+//! shape, or from an equilibrium without angular velocity and with a regular tangent, and no perturbation. Otherwise
+//! each entry is treated as a parameter. Output: one derivative per requested parameter, in their order.
 
 use crate::dynamics::adjoint::lists::{
     RequestedParameters, UnlistedParameter, add_natural_strains,
@@ -25,28 +26,29 @@ use crate::rod::{
 use crate::scene::InitialState;
 use num_dual::Dual64;
 
-/// The derivatives of a misfit by the start of a run, by the numbers of its simulation and by the motion of supports.
+/// The derivatives of a misfit by the start of a run, by the numbers of its simulation, and by parameters through
+/// moving supports and loads that change with time.
 pub struct ByStart<'a, M: Model>
 where
     M::Rod<f64>: Transposed,
 {
     /// The simulation in its initial state.
     pub start: &'a Simulation<f64, M::Rod<f64>>,
-    /// By the initial state.
+    /// By the initial state: unknowns, velocities, accelerations, forces, frames and internal variables.
     pub state: StateRates<1>,
-    /// By laws, masses, damping and drag.
+    /// By laws, masses, loads, damping and drag.
     pub parameters: ParameterSlopes,
     /// By parameters that move supports.
     pub supports: MovingSupports<M::Rod<f64>>,
-    /// By parameters through loads in time.
+    /// By parameters through loads that change with time.
     pub timed_loads: TimedLoadSlopes,
 }
 
 /// The gradient of the misfit by the requested parameters, in their order. Derivatives by initial state and numbers of
 /// the simulation are multiplied with the derivatives of these by each parameter, from one simulation in dual numbers
-/// each. The parts by moving supports and by loads in time are added. Entries of lists follow from one product per list
-/// if [`laws`] permits it, else they are treated as other parameters. Errors are those of the simulations at their
-/// start.
+/// each. The parts by moving supports and by loads in time are added. Entries of lists of natural strains follow from
+/// one product per list if [`laws`] has a result, else they are treated as other parameters. Errors are those of the
+/// simulations at their start.
 pub fn gradient<M: Model>(
     discretized: &Discretized<'_, M>,
     by_start: ByStart<'_, M>,
@@ -80,10 +82,10 @@ where
     Ok(gradient)
 }
 
-/// The derivatives by the laws of joints, with those through the initial state. These are through the initial forces
-/// and accelerations and, for an initial equilibrium, through its positions (one solve with the tangent). `None` with
-/// a perturbation, for an equilibrium with an angular velocity, for initial states other than rest and equilibrium,
-/// and for a singular tangent.
+/// The derivatives of the misfit by the laws (stiffness and natural stress) of joints: those of the reverse sweep, plus
+/// those through the initial state. The latter are through the initial forces and accelerations and, for an initial
+/// equilibrium, through its positions (one solve with the tangent). `None` with a perturbation, for an equilibrium with
+/// an angular velocity, for initial states other than rest and equilibrium, and for a singular tangent.
 fn laws<M: Model>(
     discretized: &Discretized<'_, M>,
     ByStart { start, state: by_state, parameters, .. }: &ByStart<'_, M>,

@@ -122,7 +122,7 @@ impl<R: Sensitive, const G: usize> LaneGroup<R> for Implicit<R, G> {
     }
 }
 
-/// The place of a parameter: index of its group, and its lane there.
+/// The index of the group of a parameter, and the SIMD lane of the parameter in it.
 #[derive(Clone, Copy)]
 struct LanePlace {
     group: usize,
@@ -313,8 +313,8 @@ impl<R: Sensitive> Sensitivities<R> {
     }
 
     /// Advances the derivatives over the step `simulation` has just made: by its linearization, for which it must [keep
-    /// its tangents](Simulation::keep_tangent), else nothing happens. Dual simulations that have not made the step make
-    /// it.
+    /// its tangents](Simulation::keep_tangent), else nothing happens. If derivatives come from dual simulations, those
+    /// that have not made the step make it.
     ///
     /// # Errors
     /// [`Error::SingularTangent`] where the step has no derivatives; those of the step itself where it is

@@ -22,9 +22,10 @@ fn set_duals<const G: usize>(x: &[f64], rates: &[[f64; G]], g: usize, to: &mut V
 }
 
 impl<R: Sensitive> StepMap<'_, R> {
-    /// Adds to `out` the derivatives of minus the drag in the equations of the step, N, at fixed unknowns at the end.
-    /// There is a part for each lane with drag. Those of places `q0 + h v0` and of the velocities of mass damping are
-    /// included. `held` are the derivatives of unknowns that supports hold; their velocity is that at the end.
+    /// Adds to `out` the derivatives of minus the drag in the equations of the step, N, at fixed unknowns at the end,
+    /// for each SIMD lane (parameter) with drag. They are by the predicted places `q0 + h v0`, by the velocities that
+    /// mass damping acts on, and by drag coefficients. `held` are the derivatives of unknowns that supports hold; their
+    /// velocity is that at the end.
     pub fn add_drag<const G: usize>(
         &self,
         parameters: &ParameterRates<R, G>,
@@ -113,8 +114,9 @@ impl<R: Transposed> StepMap<'_, R> {
         by_place
     }
 
-    /// Transpose of [`add_next_drag`](Self::add_next_drag): from the derivatives `d` of a misfit by the forces at the
-    /// start of the next step, adds those by unknowns, velocities and drag numbers.
+    /// Transpose of [`add_next_drag`](Self::add_next_drag). Takes the derivatives `d` of a misfit by the forces at the
+    /// start of the next step. Adds those by unknowns and velocities at the end of this step to `state`, and those by
+    /// drag numbers to `slopes`. Nothing without drag.
     pub fn next_drag_transposed(
         &self,
         d: &[f64],

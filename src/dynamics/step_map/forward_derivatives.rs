@@ -256,9 +256,9 @@ impl<R: Sensitive> StepMap<'_, R> {
         *direct = sum;
     }
 
-    /// Adds mass damping to the derivatives of the forces, `room.direct`, and overwrites `room.right` with the
-    /// right-hand side of the equations, of the free unknowns
-    /// ([`NodalEquations::residual`](super::nodal::NodalEquations::residual)). `A`: whether the scheme uses
+    /// Adds the derivatives of the force of mass damping to those of the forces, `room.direct`, of the free unknowns.
+    /// Overwrites `room.right` with the right-hand side `-dR|q1` of their equations. Both are `n` and `r` of
+    /// [`NodalEquations::residual`](super::nodal::NodalEquations::residual). `A`: whether the scheme uses
     /// accelerations.
     #[inline(always)]
     fn set_right<const G: usize, const A: bool>(
@@ -283,8 +283,9 @@ impl<R: Sensitive> StepMap<'_, R> {
         }
     }
 
-    /// Adds to the derivatives of forces, `room.direct`, and right-hand sides, `room.right`, of free unknowns the parts
-    /// by masses, mass damping and the scheme's parameter. Each part is skipped if none of these has derivatives.
+    /// Adds derivatives by numbers to those of forces, `room.direct`, and right-hand sides, `room.right`, of free
+    /// unknowns. They are by masses and mass damping, and by the scheme's parameter, times the derivatives of these
+    /// along the parameters. Either group is skipped if all of these are zero.
     fn add_numbers<const G: usize>(
         &self,
         parameters: &ParameterRates<R, G>,
@@ -420,10 +421,11 @@ impl<R: Sensitive> StepMap<'_, R> {
         }
     }
 
-    /// Completes `state.unbalanced` to the derivatives of the forces that the next step takes as those of its start. To
-    /// those at the end of this step it adds those of the difference of the viscous stresses (`history.effective`).
-    /// Drag at the end is subtracted before; the caller adds that of the next start. An averaging scheme has the
-    /// viscous stress alone.
+    /// Completes `state.unbalanced`, the derivatives of the forces at the end of the step, to those of the forces that
+    /// the next step takes at its start, except drag, which the caller adds. Adds the derivatives of the viscous forces
+    /// at the next start less the viscous forces at this end (stresses of `history.effective`), and subtracts the
+    /// derivatives of the drag at the end. For an averaging scheme the result is the derivatives of the viscous forces
+    /// at the next start alone.
     #[inline(always)]
     fn set_next_forces<const G: usize>(
         &self,

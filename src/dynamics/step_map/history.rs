@@ -63,7 +63,7 @@ impl HistoryForm {
     }
 }
 
-/// The lists of the strains `s1` at the end, and of the strains `s0` and rates `r0` of the `past`.
+/// The lists `[s1, s0, r0]`: the given strains `s1`, and strains and mean strain rates of the `past`.
 fn lists<'a, T>(s1: &'a [T], past: &'a InternalVariables<T>) -> [&'a [T]; 3] {
     [s1, &past.strain, &past.strain_rate]
 }
@@ -97,15 +97,15 @@ impl<R: Sensitive> StepMap<'_, R> {
         }
     }
 
-    /// The factors of the effective strains at the end of the step, or at the start of the next. Those at the end
-    /// include the factors of the strain's change in the Maxwell `branches`.
+    /// The factors of `s1`, `s0` and `r0` in the effective strains at the end of the step, or at the start of the next.
+    /// Those at the end include the factors of the strain's change in the Maxwell `branches`; stretches are no part.
     fn form(&self, moment: HistoryMoment, branches: &[BranchRelaxation]) -> HistoryForm {
         let taken = branches.iter().map(BranchRelaxation::change_factor).sum();
         HistoryForm::new(&self.factors(moment, NONE, taken), |x| x.re)
     }
 
-    /// The derivatives of the factors by the Kelvin-Voigt time or the scheme's parameter at `place` (the order of
-    /// [`along`]).
+    /// The derivatives of the factors of `s1`, `s0` and `r0` in the effective strains of a moment, by the Kelvin-Voigt
+    /// time or the scheme's parameter at `place` (the order of [`along`]).
     fn form_slope(&self, moment: HistoryMoment, place: usize) -> HistoryForm {
         HistoryForm::new(&self.factors(moment, place, 0.0), |x| x.eps)
     }
@@ -119,13 +119,15 @@ impl<R: Sensitive> StepMap<'_, R> {
         );
     }
 
-    /// The lists `[s1, s0, r0]` of strains and rates from which the stress of a moment follows. At the start of the
-    /// next step all are those of its start.
+    /// The lists `[s1, s0, r0]` of strains and mean rates from which the stress of a moment follows. For the end of the
+    /// step they are the strains there, and strains and rates at its start. For the start of the next step `s1` and
+    /// `s0` are both the strains at the end of this one, and `r0` is the mean rate over it.
     fn history(&self, moment: HistoryMoment) -> [&[f64]; 3] {
         lists(&self.step.after.internal.strain, self.past(moment))
     }
 
-    /// The internal variables at the start of the step, or at the start of the next.
+    /// The internal variables at the start of the step whose stress is taken: before this step for its end, after this
+    /// step for the start of the next.
     fn past(&self, moment: HistoryMoment) -> &InternalVariables<f64> {
         match moment {
             HistoryMoment::End => &self.step.before.internal,
@@ -210,10 +212,10 @@ impl<R: Sensitive> StepMap<'_, R> {
         self.step.rod.stress_rates(&parameters.laws, strains, self.step.end, stress);
     }
 
-    /// Moves the derivatives of the internal variables to the end of the step, where those of the unknowns are known,
-    /// and writes the effective strains that the next step takes as those of its start, less those at the end of this
-    /// one, with their derivatives. An averaging scheme has none at the end. Internal friction and natural strains are
-    /// in both.
+    /// Replaces the derivatives of the internal variables at the start of the step by those at its end, where `state.q`
+    /// already has the derivatives of the unknowns. Overwrites `room.effective` with the effective strains at the start
+    /// of the next step less those at the end of this one, and their derivatives; an averaging scheme subtracts none.
+    /// Internal friction and natural strains are equal in both and cancel.
     #[inline(always)]
     pub fn advance_history<const G: usize>(
         &self,
@@ -239,9 +241,9 @@ impl<R: Sensitive> StepMap<'_, R> {
         self.subtract_end_strains(parameters, internal, room);
     }
 
-    /// Replaces in `room.effective` the effective strains at the end of the step, whose derivatives are those at fixed
-    /// unknowns. They become those of the next start less those at the end, with complete derivatives. An averaging
-    /// scheme subtracts none.
+    /// Replaces the effective strains in `room.effective`. They were those at the end of the step, with derivatives at
+    /// fixed unknowns. They become those at the start of the next step less those at the end, with complete
+    /// derivatives. An averaging scheme subtracts none.
     #[inline(always)]
     fn subtract_end_strains<const G: usize>(
         &self,
@@ -460,10 +462,10 @@ impl<R: Sensitive> StepMap<'_, R> {
 }
 
 impl<R: Transposed> StepMap<'_, R> {
-    /// Transpose of the stresses of a moment. From the derivatives `d` of a misfit by the forces follow those by laws
-    /// and numbers, added to `slopes`. Those by past strains, rates and stretches are added to `state`, with a history
-    /// only. Those by the effective strains stay in `room.by_strain`; through them those by rest lengths are added too.
-    /// Friction is left out.
+    /// Transpose of the stresses of a moment; `d` are the derivatives of a misfit by the forces. Adds the derivatives
+    /// by laws, rest lengths, and numbers of damping and scheme to `slopes`. With a history of strains it also adds the
+    /// derivatives by past strains, rates and Maxwell stretches to `state`. Those by the effective strains are left in
+    /// `room.by_strain`. Without a history only the derivatives by laws are added. Friction is left out.
     pub fn stress_transposed(
         &self,
         moment: HistoryMoment,

@@ -54,8 +54,8 @@ pub struct StepMap<'a, R: Rod<f64>> {
 }
 
 impl<'a, R: Sensitive> StepMap<'a, R> {
-    /// The map of a `step`, with the factors of its equations and their derivatives by the scheme's parameter, for
-    /// forward use; [`transposed`](Self::transposed) is for the other.
+    /// The map of a `step` for forward use: its linearization, the factors of its equations, and their derivatives by
+    /// the scheme's parameter. [`transposed`](Self::transposed) makes the map for the adjoint.
     pub fn new(step: &'a Linearization<'a, f64, R>) -> Self {
         let coefficients = step.coefficients(step.parameter);
         let dual = step.coefficients(Dual64::new(step.parameter, 1.0));

@@ -64,13 +64,14 @@ pub struct NodalEquations {
     by_end: f64,
 }
 
-/// The sum of the products of `factors` with change, velocity and acceleration of an unknown.
+/// `f0 change + f1 v0 + f2 a0`: the three `factors` times change, velocity and acceleration at the start of an unknown.
 #[inline(always)]
 fn dot(factors: &[f64; 3], step_motion: &StepMotion) -> f64 {
     factors[0] * step_motion[0] + factors[1] * step_motion[1] + factors[2] * step_motion[2]
 }
 
-/// [`dot`] of `G` motions, without the last term where the scheme has no accelerations, `A`.
+/// [`dot`] for `G` parameters in SIMD lanes. `A` is whether the scheme has accelerations; without them the last term is
+/// left out.
 #[inline(always)]
 fn combined<const A: bool, const G: usize>(
     factors: &[f64; 3],

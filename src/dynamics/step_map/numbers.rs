@@ -32,14 +32,14 @@ pub struct StepNumbers<T> {
 }
 
 impl StepNumbers<f64> {
-    /// Zeros for so many Maxwell branches.
+    /// Zeros for all numbers, with the given number of Maxwell `branches`.
     pub fn zeros(branches: usize) -> Self {
         let branches = vec![Maxwell { stiffness: 0.0, time: 0.0 }; branches];
         Self { mass: 0.0, times: [0.0; TIMES], branches, scheme: 0.0 }
     }
 
-    /// The derivative of a misfit through these numbers: the sum of the derivatives by them times their derivatives
-    /// `along` one parameter.
+    /// The derivative of a misfit along one parameter through these numbers. It is the sum over all numbers of the
+    /// derivative of the misfit (`self`) times the derivative of the number by the parameter (`along`).
     pub fn product(&self, along: &StepNumbers<Lanes<1>>) -> f64 {
         let mut sum = self.mass * along.mass.0[0];
         for (by, rate) in self.times.iter().zip(&along.times) {

@@ -76,8 +76,8 @@ impl<const G: usize> StateRates<G> {
 }
 
 impl StateRates<1> {
-    /// Zero derivatives of a misfit by the state of a simulation with so many reference `frames`. Accelerations have
-    /// entries for every scheme; stretches of friction springs have none.
+    /// Zero derivatives of a misfit by the state of a simulation; `frames` is the number of reference frames.
+    /// Accelerations have entries for every scheme; stretches of friction springs have none.
     pub fn zeros<R: Rod<f64>>(simulation: &Simulation<f64, R>, frames: usize) -> Self {
         let state = simulation.state();
         let (unknowns, strains) = (vec![[0.0]; state.q.len()], state.internal.strain.len());
@@ -97,8 +97,9 @@ impl StateRates<1> {
         }
     }
 
-    /// The derivative of a misfit through the state: the sum of these derivatives by the state times those of the state
-    /// along one parameter. Friction springs are left out.
+    /// The derivative of a misfit along one parameter through the state. It is the sum over all entries of the
+    /// derivative of the misfit (`self`) times the derivative of the state by the parameter (`along`). Friction springs
+    /// are left out.
     pub fn product(&self, along: &Self) -> f64 {
         let unknowns = |a: &[[f64; 1]], b: &[[f64; 1]]| dot(a.as_flattened(), b.as_flattened());
         let strains = |a: &[Lanes<1>], b: &[Lanes<1>]| -> f64 {
@@ -201,7 +202,8 @@ impl<R: Sensitive, const G: usize> ParameterRates<R, G> {
         })
     }
 
-    /// The dual rods and the derivatives of their laws and loads, as the rod's products take them.
+    /// References to the dual rods and to the derivatives of their laws and loads, in the form that `gradient_rate` and
+    /// `stressed_rate` of the rod take.
     #[inline(always)]
     pub fn changed_rods(&self) -> ChangedRods<'_, R, G> {
         ChangedRods { duals: &self.rods, rates: &self.laws }
@@ -231,8 +233,9 @@ impl ParameterSlopes {
         }
     }
 
-    /// The derivative of a misfit through the numbers of the simulation: the sum of these derivatives times those of
-    /// the numbers along one parameter. `rod` is that of the run.
+    /// The derivative of a misfit along one parameter through the numbers of the simulation. It is the sum over all
+    /// numbers of the derivative of the misfit (`self`) times the derivative of the number by the parameter (`along`).
+    /// `rod` is that of the run.
     pub fn product<R: Transposed>(&self, rod: &R, along: &ParameterRates<R, 1>) -> f64 {
         let [dual] = &along.rods;
         let mut total =

@@ -62,7 +62,8 @@ impl TimedLoadRates {
         Self { loads: loads.clone(), scheme }
     }
 
-    /// The means of forces and moments over the interval of a step, with its coefficients, along the parameter.
+    /// The mean forces, N, and moments, N m, over the interval of a step, and the coefficients of its equations, all
+    /// with the derivatives along the parameter.
     fn means<R: Rod<f64>>(&self, step: &Linearization<'_, f64, R>) -> MeanLoads {
         let coefficients = step.coefficients(Dual64::new(step.parameter, self.scheme));
         let (mut forces, mut moments) = (Vec::new(), Vec::new());
@@ -71,9 +72,10 @@ impl TimedLoadRates {
         MeanLoads { coefficients, forces, moments }
     }
 
-    /// Adds to lane `g` of `direct` the derivatives of the forces, N, at fixed unknowns at the end, and to that of
-    /// `right` those of the right-hand sides, kg m, that do not follow from them. `q0` are the derivatives of the
-    /// unknowns at the start.
+    /// Adds to lane `g` of `direct` the derivatives of the gradients of mean moments, N, at fixed unknowns at the end
+    /// (of an averaging scheme at its stages). Adds to lane `g` of `right` the derivatives of the right-hand sides, kg
+    /// m, by mean forces and by mean moments at the start of the step. `q0` are the derivatives of the unknowns at the
+    /// start.
     pub fn add<R: Rod<f64>, const G: usize>(
         &self,
         step: &Linearization<'_, f64, R>,

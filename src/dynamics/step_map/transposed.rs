@@ -30,10 +30,10 @@ impl<'a, R: Transposed> StepMap<'a, R> {
         Self { has_own_times, still: zero_frame_rates(frames), ..Self::new(step) }
     }
 
-    /// Replaces the derivatives of a misfit by the state at the end of the step, `state`, by those by the state at its
-    /// start. Adds those by laws, masses, numbers of damping and scheme, and drag to `slopes`, those by parameters that
-    /// move supports to `supports`, and those through loads in time to `timed_loads`. Stages of [`apply`](Self::apply)
-    /// are transposed in reverse order.
+    /// Replaces `state`, the derivatives of a misfit by the state at the end of the step, by the derivatives by the
+    /// state at its start. Adds the derivatives by laws, masses, numbers of damping and scheme, and drag to `slopes`,
+    /// by parameters that move supports to `supports`, and through loads in time to `timed_loads`. Stages of
+    /// [`apply`](Self::apply) are transposed in reverse order.
     ///
     /// # Errors
     /// [`Error::SingularTangent`] where a matrix with negative pivots is not solved accurately.
@@ -81,10 +81,11 @@ impl<'a, R: Transposed> StepMap<'a, R> {
     }
 
     /// The transpose of [`set_next_forces`](Self::set_next_forces) and [`advance_history`](Self::advance_history), for
-    /// rods with a history of strains. The derivatives by the forces at the start of the next step, `state.unbalanced`,
-    /// become zero. Those by unknowns, velocities and frames at the end are added to `state`, those by numbers to
-    /// `slopes`. The derivatives by internal variables become those at the start of the step. It takes the tangent of
-    /// these forces, which the forward map replaces by products.
+    /// rods with a history of strains. `state.unbalanced` has the derivatives of a misfit by the forces at the start of
+    /// the next step. The derivatives by unknowns, velocities and frames at the end of this step are added to `state`,
+    /// those by numbers to `slopes`. `state.unbalanced` then becomes zero. The derivatives by the internal variables at
+    /// the end are replaced by those at the start of the step. The tangent of the forces is used here; the forward map
+    /// replaces it by products.
     fn next_forces_transposed(
         &self,
         state: &mut StateRates<1>,
@@ -115,9 +116,10 @@ impl<'a, R: Transposed> StepMap<'a, R> {
     }
 
     /// The transpose of [`set_end`](Self::set_end) and [`add_scheme`](Self::add_scheme), for free unknowns. From the
-    /// derivatives by the state at the end follow those by force, right-hand side and solution, which overwrite lists
-    /// of `room`. Those by unknowns, velocities and accelerations at the start, without the part through force and
-    /// solution, overwrite lists of `state`. That by the scheme's parameter is added to `slopes`.
+    /// derivatives of a misfit by the state at the end follow those by forces at fixed unknowns, right-hand sides and
+    /// solution, which overwrite `room.direct`, `room.right` and `room.solution`. The derivatives by unknowns,
+    /// velocities and accelerations at the start, through velocity and acceleration at the end only, overwrite lists of
+    /// `state`. The derivative by the scheme's parameter is added to `slopes`.
     fn end_transposed(
         &self,
         state: &mut StateRates<1>,
@@ -158,10 +160,12 @@ impl<'a, R: Transposed> StepMap<'a, R> {
         Ok(())
     }
 
-    /// The transpose of [`set_right`](Self::set_right) and [`add_numbers`](Self::add_numbers), for free unknowns. From
-    /// the derivatives by force and right-hand side, those by the start are added to `state`, those by the forces at
-    /// the start overwritten. Those by masses, mass damping and the scheme's parameter are added to `slopes`.
-    /// `room.direct` then has those by the forces at fixed unknowns.
+    /// The transpose of [`set_right`](Self::set_right) and [`add_numbers`](Self::add_numbers), for free unknowns.
+    /// `room.direct` and `room.right` have the derivatives of a misfit by forces and right-hand sides. Those by
+    /// unknowns, velocities and accelerations at the start are added to `state`; those by the forces at the start
+    /// overwrite `state.unbalanced`. The derivatives by masses, mass damping and the scheme's parameter are added to
+    /// `slopes`. `room.direct` is overwritten by the derivatives by the forces at fixed unknowns and without mass
+    /// damping.
     fn right_transposed(
         &self,
         state: &mut StateRates<1>,
@@ -185,9 +189,9 @@ impl<'a, R: Transposed> StepMap<'a, R> {
         }
     }
 
-    /// The transpose of [`set_end_stress`](Self::set_end_stress) and [`set_forces`](Self::set_forces). From the
-    /// derivatives `d` by the forces, adds those by laws and loads to `slopes`, and those by frames, past strains and
-    /// held unknowns to `state`.
+    /// The transpose of [`set_end_stress`](Self::set_end_stress) and [`set_forces`](Self::set_forces). `d` are the
+    /// derivatives of a misfit by the forces at fixed unknowns. Adds the derivatives by laws and loads to `slopes`, and
+    /// the derivatives by frames, past strains and held unknowns to `state`.
     fn forces_transposed(
         &self,
         d: &[f64],
@@ -211,8 +215,8 @@ impl<'a, R: Transposed> StepMap<'a, R> {
         }
     }
 
-    /// Adds to `slopes` the derivatives by loads and dead moments, from those `d` by the forces. A load enters the
-    /// gradient with negative sign.
+    /// Adds to `slopes` the derivatives of a misfit by loads and dead moments, from its derivatives `d` by the forces:
+    /// `-d` for loads, which enter the gradient with negative sign.
     fn add_loads(&self, d: &[f64], slopes: &mut ParameterSlopes) {
         slopes.laws.load.iter_mut().zip(d).for_each(|(load, d)| *load -= d);
         self.step.rod.add_to_moments(&self.step.after.q, d, &mut slopes.laws);

@@ -99,8 +99,8 @@ pub struct StepWorkspace<R: Rod<f64>, const G: usize> {
 }
 
 impl<R: Rod<f64>, const G: usize> StepWorkspace<R, G> {
-    /// Zeros for a rod with so many `unknowns`. `dual_frames`: one per parameter if parameters may move supports, else
-    /// empty.
+    /// Work lists with zeros for each of the `unknowns` of a rod, and empty lists for the others. `dual_frames`: one
+    /// per parameter if parameters may move supports, else empty.
     pub fn new(unknowns: usize, dual_frames: Vec<DualFrames<R, f64>>) -> Self {
         let zero = vec![[0.0; G]; unknowns];
         Self {

@@ -8,11 +8,11 @@
 //! method fails, a matrix is singular, or velocities are not finite. `newton` solves the implicit schemes; `rosenbrock`
 //! and `splitting` are the others.
 //!
-//! | scheme | order | work per step | conserves | for errors or cases |
+//! | scheme | order | work per step | conserves | use for: tip error over length, or case |
 //! |---|---|---|---|---|
-//! | [Newmark-beta], 0.5 | 2 | 2 to 4 Newton iterations | energy to O(h^2), not in long runs | 1 %, Kelvin-Voigt damping |
-//! | [generalised-alpha], 0.5 | 2 | 2 to 4 Newton iterations | slow modes | stiff rods and damping, recorded ends |
-//! | [average vector field] | 2 | 2 to 4 of four stages | energy exactly | long runs at large steps |
+//! | [Newmark-beta], 0.5 | 2 | 2 to 4 iterations | energy to O(h^2), not in long runs | 1 %, Kelvin-Voigt damping |
+//! | [generalised-alpha], 0.5 | 2 | 2 to 4 iterations | slow modes | stiff rods and damping, recorded ends |
+//! | [average vector field] | 2 | 2 to 4 iterations of four stages | energy exactly | long runs at large steps |
 //! | [rodas4](rosenbrock) | 4 | 1 factorization, 6 gradients | momentum | 1e-3 to 1e-5 of the length |
 //! | [verlet](splitting) | 2 | 1 gradient | momenta, phase volume; reversible | 1e-6 of the length |
 //! | [pefrl](splitting) | 4 | 4 gradients | momenta, phase volume; reversible | 1e-8 of the length |

@@ -24,7 +24,8 @@ use crate::rod::{FactorsOf, Rod, State, UnknownForce};
 const STAGES: usize = 6;
 /// Diagonal coefficient `gamma`.
 const GAMMA: f64 = 0.25;
-/// Weights of earlier stages in the place of the forces of a stage; the last row is the end of the step.
+/// Weights of the increments of earlier stages in the unknowns and velocities at which a stage evaluates the forces;
+/// the last row gives the end of the step.
 const PLACE: [&[f64]; STAGES + 1] = [
     &[],
     &[1.544],
@@ -34,10 +35,10 @@ const PLACE: [&[f64]; STAGES + 1] = [
     &[FIFTH[0], FIFTH[1], FIFTH[2], FIFTH[3], 1.0],
     &[FIFTH[0], FIFTH[1], FIFTH[2], FIFTH[3], 1.0, 1.0],
 ];
-/// Weights of the first four stages at the place of the fifth.
+/// Weights of the increments of the first four stages in the unknowns and velocities of the fifth.
 const FIFTH: [f64; 4] =
     [1.221_224_509_226_641, 6.019_134_481_288_629, 12.537_083_329_320_87, -0.687_886_036_105_895];
-/// Weights of earlier stages, over the step size, in the right-hand side of a stage.
+/// Weights of the increments of earlier stages in the right-hand sides of a stage; they are divided by the step size.
 const RATE: [&[f64]; STAGES] = [
     &[],
     &[-5.6688],
@@ -156,8 +157,8 @@ impl<D: Scalar, R: Rod<D>> Rosenbrock<D, R> {
         }
     }
 
-    /// Sets `q` and `v` of the stepper to those of `state` plus the increments of the stages, each times its entry of
-    /// `parts`.
+    /// Sets `q` and `v` of the stepper to those of `state` plus the increments `u` and `w` of the first stages, each
+    /// times its entry of `parts`, one entry per stage.
     fn move_to<F>(&mut self, parts: &[f64], state: &State<D, F>) {
         for (to, from, stages) in
             [(&mut self.q, &state.q, &self.u), (&mut self.v, &state.v, &self.w)]

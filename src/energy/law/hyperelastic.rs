@@ -18,15 +18,15 @@
 //! integral = -s^3 (2 + s)/(6 lambda^2)
 //! ```
 //!
-//! An edge whose chord is shorter than the arc `n l` that it represents, as next to a wall, has the strain `s/n` of the
-//! material at the strain `s` of the chord: the energy `n X(s/n)` over the rest length and the force `C x(s/n)`, with `X`
-//! the integral of `C x`.
+//! The chord of an edge may be shorter than the arc `n l` that it represents, as next to a wall. At the strain `s` of
+//! the chord the material then has the strain `s/n`. The energy over the rest length is `n X(s/n)`, with `X` the
+//! integral of `C x`, and the force is `C x(s/n)`.
 //!
-//! Input: the law, EA (N), C2/(C1 + C2) of a Mooney-Rivlin rod, `n`, and a strain. Output of [`NonlinearPart`] is the part
-//! beyond the linear law only: energy over the rest length, force, and its derivative by the strain, all in N.
-//! `response` returns derivative and force, `force_slopes` the derivatives of the force by both moduli and `n`; `scaled`
-//! multiplies the moduli, `map` converts their scalar type. [`NonlinearPart::new`] is `None` for the linear law. A new
-//! law is a variant of [`StretchLaw`] and its formulas here.
+//! Input: the law, EA (N), C2/(C1 + C2) of a Mooney-Rivlin rod, `n`, and a strain. Output of [`NonlinearPart`] is the
+//! part beyond the linear law only: energy over the rest length, force, and its derivative by the strain, all in N.
+//! `response` returns derivative and force, `force_slopes` the derivatives of the force by both moduli and `n`;
+//! `scaled` multiplies the moduli, `map` converts their scalar type. [`NonlinearPart::new`] is `None` for the linear
+//! law. A new law is a variant of [`StretchLaw`] and its formulas here.
 
 use crate::numerics::scalar::Scalar;
 use crate::scene::StretchLaw;
@@ -53,8 +53,8 @@ struct ForceShape<D> {
 
 impl<D: Scalar> NonlinearPart<D> {
     /// The part of a law beyond the linear one, with the axial stiffness EA at no strain, N, as its modulus; `None` for
-    /// the linear law. The `ratio` C2/(C1 + C2) is that of a Mooney-Rivlin rod; others ignore it. The edge represents an
-    /// arc of `arc_ratio` times the length of its chord.
+    /// the linear law. The `ratio` C2/(C1 + C2) is that of a Mooney-Rivlin rod; others ignore it. The edge represents
+    /// an arc of `arc_ratio` times the length of its chord.
     pub fn new(law: StretchLaw, stiffness: D, ratio: D, arc_ratio: D) -> Option<Self> {
         let second_modulus = match law {
             StretchLaw::Linear => return None,
@@ -74,13 +74,14 @@ impl<D: Scalar> NonlinearPart<D> {
         }
     }
 
-    /// The part with both moduli times a factor.
+    /// The part with both moduli times `factor`; the law and the ratio of arc to chord stay.
     pub(crate) fn scaled(&self, factor: f64) -> Self {
         let (modulus, second_modulus) = (self.modulus * factor, self.second_modulus * factor);
         Self { modulus, second_modulus, ..*self }
     }
 
-    /// The energy over the rest length of the chord, N, at its strain `s`: the integral of the force.
+    /// The energy beyond the linear law over the rest length of the chord, N, at its strain `s`. It is `n` times the
+    /// integrals of `x` and `y` from 0 to `s/n`, each times its modulus.
     pub fn energy(&self, s: D) -> D {
         let s = s / self.arc_ratio;
         let stretch = s + 1.0;
@@ -105,8 +106,8 @@ impl<D: Scalar> NonlinearPart<D> {
         self.response(s)[1]
     }
 
-    /// The derivatives of the force at the strain `s` of the chord by both moduli, dimensionless, and by the ratio of arc
-    /// to chord, N.
+    /// The derivatives of the force at the strain `s` of the chord by both moduli, dimensionless, and by the ratio of
+    /// arc to chord, N.
     #[inline(always)]
     pub(crate) fn force_slopes(&self, s: D) -> [D; 3] {
         let of_arc = s / self.arc_ratio;

@@ -40,13 +40,13 @@ pub trait Law<D: Scalar, const S: usize>: Copy + Debug + Send + Sync {
     /// The stiffness `K`: N of an edge, N m of a joint.
     fn stiffness(&self) -> Self::Stiffness;
 
-    /// The strains at which there is no stress.
+    /// The natural strains, at which there is no stress: dimensionless of an edge, rad of a joint.
     fn natural(&self) -> [D; S];
 
     /// The law with another stiffness and other natural strains.
     fn with(&self, stiffness: Self::Stiffness, natural: [D; S]) -> Self;
 
-    /// Replaces stiffnesses and natural strains.
+    /// Replaces stiffness and natural strains of this law, in place.
     #[inline(always)]
     fn set(&mut self, stiffness: Self::Stiffness, natural: [D; S]) {
         *self = self.with(stiffness, natural);
@@ -90,7 +90,8 @@ pub trait Law<D: Scalar, const S: usize>: Copy + Debug + Send + Sync {
 
     /// The law of a viscous step with the stress `K (factor s - natural - shift) + K' (kinds s - own)`. `kinds` are
     /// factors of stretching, bending and twisting, and `K'` is the stiffness without the coupling of bending and
-    /// twisting. Expressed as one stiffness, and natural strains with the same stress without strain.
+    /// twisting. It is one linear law: its stiffness is the sum of both, and its natural strains give the same stress
+    /// at zero strain.
     fn viscous_by_kind(&self, factor: D, shift: &[D; S], kinds: &[D; 3], own: &[D; S]) -> Self {
         // A single strain has no coupling: both stiffnesses are the same.
         if S == 1 {

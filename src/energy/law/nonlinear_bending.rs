@@ -35,7 +35,9 @@ const fn bending_strains(strains: usize) -> usize {
 }
 
 impl<D: Scalar, K: Symmetric<D, S>, const S: usize> NonlinearBending<D, K, S> {
-    /// The part beyond the linear law of a joint with this linear `stiffness`, N m, `natural` strains and `length`, m.
+    /// The part beyond the linear law of a joint with the linear stiffness `B`, N m, the `natural` strains and the
+    /// `length` `l`, m. Its matrix is `A = b/(2 l^2) B` with the coefficient `b`, m^2, of the `law`; entries of
+    /// twisting and its couplings are zero.
     pub fn new(law: &BendingLaw<D>, stiffness: &K, natural: [D; S], length: D) -> Self {
         let BendingLaw::Cubic { coefficient } = law;
         let factor = *coefficient * 0.5 / (length * length);
@@ -66,13 +68,15 @@ impl<D: Scalar, K: Symmetric<D, S>, const S: usize> NonlinearBending<D, K, S> {
         (product, along, squared)
     }
 
-    /// The energy beyond the linear law, J, at these strains.
+    /// The energy beyond the linear law, `1/2 |s|^2 (s.A s)`, J, at these strains, whose difference from the natural
+    /// ones is `s`.
     pub fn energy(&self, strains: &[D; S]) -> D {
         let (_, along, squared) = self.products(&self.difference(strains));
         along * squared * 0.5
     }
 
-    /// The stresses beyond the linear law, N m, at these strains.
+    /// The stresses beyond the linear law, `s (s.A s) + |s|^2 A s`, N m, at these strains, whose difference from the
+    /// natural ones is `s`; zero for twisting.
     pub fn stress(&self, strains: &[D; S]) -> [D; S] {
         let s = self.difference(strains);
         let (product, along, squared) = self.products(&s);
@@ -83,7 +87,8 @@ impl<D: Scalar, K: Symmetric<D, S>, const S: usize> NonlinearBending<D, K, S> {
         stress
     }
 
-    /// The derivatives of the stresses by the strains, and the stresses, N m, at these strains.
+    /// The derivatives of the stresses beyond the linear law by the strains (`C` of the header, N m), and these
+    /// stresses, N m, at these strains.
     pub fn response(&self, strains: &[D; S]) -> (K, [D; S]) {
         let s = self.difference(strains);
         let (product, along, squared) = self.products(&s);

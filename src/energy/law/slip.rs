@@ -55,7 +55,7 @@ pub struct Spring<D, K, const S: usize> {
 }
 
 impl<D, K, const S: usize> From<Sliders<D>> for Springs<D, K, S> {
-    /// The springs of a rod with these sliders, none of them active.
+    /// The springs of a rod with these sliders; the list of acting springs is empty.
     fn from(sliders: Sliders<D>) -> Self {
         Self { sliders: Arc::new(sliders), acting: Vec::new() }
     }
@@ -169,7 +169,8 @@ impl<const G: usize> SliderRates<G> {
 
     /// The derivatives of [`stretch_with_slip`](Sliders::stretch_with_slip) of joint `i` at the stretch `z` without
     /// slip. `z` has the derivatives `rate`, which are returned for a spring that sticks. Else they are those of `z
-    /// R/|z|`, by `z`, by the limit `R`, and by the elastic stiffness with the derivatives `stiffer`.
+    /// R/|z|`, by `z`, by the limit `R`, and by the elastic stiffness with the derivatives `stiffer`; with one strain
+    /// those of `R` times the sign of `z`.
     pub fn slip_rate<K: Symmetric<f64, S>, R: Symmetric<Lanes<G>, S>, const S: usize>(
         &self,
         sliders: &Sliders<f64>,

@@ -1,11 +1,11 @@
 //! Candidate designs of a planned experiment: other marker positions, durations and frame rates of its recordings.
 //!
 //! [`CandidateDesigns::new`] adds candidate recordings to the planned ones. For the first [`MOST_MOVED`] recordings
-//! these have the marker at [`MARKER_POSITIONS`] arc lengths. For every recording with a usual spacing of frames there
-//! are frames after the end (none where a support follows a file), and frames between the planned ones. All are
-//! simulated together, with one Jacobian. The standard errors of each candidate design follow from its rows of that
-//! Jacobian and those of the priors, by the covariance `(J'J)^-1` with stated noise. [`standard_errors`] returns one
-//! per unknown in its unit, none if unidentified.
+//! these have the marker on the center line at other arc lengths, of [`MARKER_POSITIONS`] along the rod. For every
+//! recording with a usual (median) spacing of frames there are frames after the end (none where a support follows a
+//! file), and frames between the planned ones. All are simulated together, with one Jacobian. The standard errors of
+//! each candidate design follow from its rows of that Jacobian and those of the priors, by the covariance `(J'J)^-1`
+//! with stated noise. [`standard_errors`] returns one per unknown in its unit, none if unidentified.
 //!
 //! `experiments` returns the planned experiments with the candidate recordings after the planned measurements of each.
 //! `planned` selects the rows of the planned measurements and the priors, `end` is the number of rows of all
@@ -57,7 +57,7 @@ const ROUNDING: f64 = 1.0 + 1e-9;
 enum CandidateKind {
     /// The planned measurement.
     Planned,
-    /// The recording with its marker at another arc length, m.
+    /// The recording with its marker at another arc length, m, on the center line.
     MarkerPosition(f64),
     /// Frames after the planned end.
     Later,
@@ -184,7 +184,8 @@ impl CandidateDesigns {
 
     /// The elements of `rows`, one per row of the Jacobian, of all samples for which `keep` is true, then those of the
     /// priors. Arguments of `keep` are the block, the index of the sample in it, and its time, s. A sample has one row
-    /// per measured coordinate. A measurement that is no motion is kept whole or not, with 0 and 0.
+    /// per measured coordinate. A measurement that is no motion of a point is kept as a whole or not at all; `keep`
+    /// then gets the index 0 and the time 0.
     fn select<T: Clone>(
         &self,
         rows: &[T],
@@ -291,8 +292,9 @@ impl DesignErrors<'_> {
     }
 
     /// Experiment `e` with the planned duration divided by [`DIVISORS`], the planned one, and [`LONGER`] times it if
-    /// there are later frames, s, ascending. All of its recordings end together; measurements that are no motion, and
-    /// other experiments, stay as planned. Error: the covariance cannot be computed.
+    /// there are later frames, s, ascending. All of its recorded motions end together. Measurements that are no motion
+    /// of a point, as readings over time, and other experiments stay as planned. Error: the covariance cannot be
+    /// computed.
     fn by_duration(&self, e: usize) -> Result<Advice, Error> {
         let experiment = &self.planned[e];
         let whole = experiment.duration();
@@ -399,7 +401,8 @@ fn marker_positions(experiment: &Experiment, observation: &Observation) -> Resul
     Ok(all.filter(|s| (s - planned).abs() > LEAST_MOVE * length).collect())
 }
 
-/// The usual time between two frames of a motion, s; of a single frame its time, if that is positive; else none.
+/// The usual (median) time between two frames of a motion, s. For a single frame, or a median of zero, it is the time
+/// of the first frame; `None` if that is not positive, or without frames.
 fn frame_spacing(motion: &PointMotion) -> Option<f64> {
     let times: Vec<f64> = motion.samples.iter().map(|s| s.time).collect();
     usual_spacing(&times).or_else(|| times.first().copied().filter(|t| *t > 0.0))

@@ -28,9 +28,9 @@ struct RowGroup {
 }
 
 /// The contributions of all groups of a plan at `point`, in their order; empty for fewer than two groups. `rows` are
-/// the Jacobian of all candidates in units of the noise, then those of the priors. Each has the standard errors by its
-/// rows alone and by those of all other groups, both with the priors. Standard errors are one per unknown in its unit,
-/// none if unidentified. Error: a covariance cannot be computed.
+/// the Jacobian of all candidates in units of the noise, then those of the priors. Each contribution has the standard
+/// errors by the rows of its group alone and by those of all other groups, both with the priors. Standard errors are
+/// one per unknown in its unit, none if unidentified. Error: a covariance cannot be computed.
 pub(crate) fn contributions(
     designs: &CandidateDesigns,
     planned: &[Experiment],

@@ -1,9 +1,9 @@
-//! Conversion of a fit file with `[[field]]` tables to a fit of lists along the rod.
+//! Conversion of a fit file with `[[field]]` tables to a fit of lists of values along the rod.
 //!
-//! [`FitFile::field_fit`] takes over scene, recorded motions, lists and single parameters into a [`FieldFit`], in the
-//! order of the file. It returns none for a file without `[[field]]`. Keys without a meaning in such a fit are errors:
-//! several experiments, a structure, input uncertainties, `[analysis]`, validation data, and measurements that are no
-//! motion. Whether the fit can be solved is checked when it is.
+//! [`FitFile::field_fit`] copies scene, recorded motions, lists and single parameters, each in the order of the file,
+//! into a [`FieldFit`]. It returns `None` for a file without `[[field]]`. Keys without a meaning in such a fit are
+//! errors: several experiments, a structure, input uncertainties, `[analysis]`, validation data, and measurements that
+//! are no recorded motion. Other conditions, such as noise and mesh, are checked by `FieldFit::check`, not here.
 
 use crate::error::Error;
 use crate::fit::field::plan::FieldFit;
@@ -13,7 +13,8 @@ use crate::fit::structure::structure_problem::refuse_structure;
 use crate::fit::uncertainty::analysis::Analysis;
 
 impl FitFile {
-    /// The fit of lists along the rod that the file describes, not yet checked; none of a file without `[[field]]`.
+    /// The fit of lists along the rod that the file describes, before [`FieldFit`]'s own check of noise, mesh and
+    /// priors; `None` for a file without `[[field]]`.
     ///
     /// # Errors
     ///

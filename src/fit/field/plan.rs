@@ -1,11 +1,12 @@
 //! Definition of a fit of lists of values along the rod ([`FieldFit`]), and its validation before it is solved.
 //!
 //! A fit consists of a problem, recorded motions with a stated noise (m), lists with a smooth prior, and single
-//! parameters with a normal prior. `FieldFit::check` accepts the cases that the adjoint of the simulation supports:
-//! mesh and step given by the scene, positions on the center line, squared losses, and samples up to the end of the
-//! simulation. At least one list and one motion are required, no validation data, no plans, and no data twice. All else
-//! is an error with the key and the reason. `observe` adds a motion, `along` a list and `identify` a parameter. Once the flag of `stop_when` is set,
-//! the fit ends with [`Error::Interrupted`]. `solve` of `search` checks and solves it.
+//! parameters with a normal prior. `observe` adds a motion, `along` a list and `identify` a parameter.
+//! `FieldFit::check` accepts the cases that the adjoint of the simulation supports: mesh, step and scheme given by the
+//! scene, positions on the center line, squared losses, and samples up to the end of the simulation. At least one list
+//! and one motion are required. Validation data, planned measurements without values, and the same data twice are
+//! errors. Errors have the key and the reason. `FieldFit::solve` checks and solves the fit; once the flag of
+//! `stop_when` is set, it returns [`Error::Interrupted`].
 
 use crate::error::{Error, ensure};
 use crate::fit::duplicates::check_duplicates;
@@ -75,10 +76,11 @@ impl FieldFit {
         Self { problem: self.problem.stop_when(flag), ..self }
     }
 
-    /// Checks that the scene has an adjoint, that the program chose neither its mesh nor its step, and the lists and single parameters by
-    /// [`FieldSpace::new`]. At least one motion is required. Each needs recorded values to fit, sigma, a point on the
-    /// center line, squared losses, samples up to the end of the simulation, and finite positions at increasing times.
-    /// The same data twice are rejected. Error: the key with the reason.
+    /// Checks that the scene has an adjoint, and that mesh, step and scheme are given by the scene. Lists and single
+    /// parameters are checked by [`FieldSpace::new`]. At least one motion is required. Each motion needs recorded
+    /// values to fit, sigma, a point on the center line, squared losses, samples up to the end of the simulation, and
+    /// finite positions at increasing times. The same data twice are rejected. The first violation is an error with the
+    /// key and the reason.
     pub(crate) fn check(&self) -> Result<(), Error> {
         self.problem.check_reversible()?;
         FieldSpace::new(&self.problem, &self.fields, &self.unknowns)?;

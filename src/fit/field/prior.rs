@@ -1,7 +1,7 @@
 //! The smooth prior of values along a rod: a Gaussian field about the values of the scene.
 //!
-//! Input: the number of values, their standard deviation in their unit, and the correlation length `l` in spacings.
-//! With independent normal numbers `z` of variance one,
+//! Input: the number of values, their standard deviation in their unit, and the correlation length `l` in spacings of
+//! the values. With independent normal numbers `z` of variance one,
 //!
 //! ```text
 //! x = x_scene + c A^-1 z,    A = 1 - l^2 d^2/ds^2
@@ -25,8 +25,9 @@ pub struct SmoothPrior {
 }
 
 impl SmoothPrior {
-    /// The prior of `count` values, at least one, with the standard deviation `sigma`, in their unit, in the middle of
-    /// the rod. Its correlation length `l` is this number of `spacings`.
+    /// The prior of `count` values, at least one, with the standard deviation `sigma`, in their unit, of the value with
+    /// the index `count/2` (middle of the rod). `spacings` is the correlation length `l` over the distance of
+    /// neighboring values, at least 0; with 0 the values are independent.
     pub fn new(count: usize, sigma: f64, spacings: f64) -> Self {
         let mut prior = Self { stiffness: spacings * spacings, factor: 1.0, count };
         // The stated deviation is that of the middle: towards the ends the field has fewer neighbors and varies more.
@@ -42,9 +43,9 @@ impl SmoothPrior {
         row.iter().map(|x| x * x).sum::<f64>().sqrt()
     }
 
-    /// Replaces `z` by `c A^-1 z`, the symmetric root of the covariance: independent numbers become deviations from the
-    /// scene, in their unit. `A` is tridiagonal, with `1 + 2 k` (`1 + k` at both ends) and `-k` for
-    /// `k = (l/spacing)^2`, and is solved by Gaussian elimination.
+    /// Replaces `z`, one number per value, by `c A^-1 z`, where `c A^-1` is the symmetric root of the covariance:
+    /// independent numbers become deviations from the scene, in their unit. With `k = (l/spacing)^2`, the tridiagonal
+    /// matrix `A` has `1 + 2 k` (`1 + k` at both ends, 1 for a single value) on its diagonal and `-k` beside it.
     pub fn multiply(&self, z: &mut [f64]) {
         let (n, k) = (z.len(), self.stiffness);
         // Gaussian elimination of the tridiagonal matrix with 1 + k or 1 + 2 k on its diagonal and -k beside it.

@@ -1,18 +1,18 @@
 //! Report of a fit of distributed parameters: estimates with standard errors from the directions that the data
 //! determine.
 //!
-//! [`FieldReport::new`] takes the optimum and the largest eigenpairs `(l, v)` of `J'J`. The posterior covariance is
-//! `C (1 + J'J)^-1 C'` for the root `C` of the prior covariance: every eigenvector lowers the prior variance by
-//! `l/(1 + l) (C v)^2`. Each list has values, standard errors and prior standard deviations in its unit, with arc
-//! lengths in m. Each single parameter has a value and a standard error in its unit. The report also has the effective
-//! number of parameters, the sum of `l/(1 + l)`, the root mean square residual in sigmas, and the cost. Warnings
-//! concern convergence, residuals outside [`USUAL_RMS`], missing directions, and values of lists with standard errors
-//! above [`UNDETERMINED`] of the prior. Correlations are not computed, which is a warning with several lists or any
-//! single parameter. The warning on the local minimum is always there. [`FieldReport::values`] returns the parameters
-//! with their values, and a summary is for the terminal.
+//! [`FieldReport::new`] takes the optimum and the largest eigenpairs `(l, v)` of `J'J`, where `J` is the Jacobian of
+//! the residuals (in sigmas) by the unknowns `z`. The posterior covariance is `C (1 + J'J)^-1 C'` for the root `C` of
+//! the prior covariance: every eigenvector lowers the prior variances by `l/(1 + l) (C v)^2`. Each list has values,
+//! standard errors and prior standard deviations in its unit, with arc lengths in m. Each single parameter has a value
+//! and a standard error in its unit. The report also has the effective number of parameters, the sum of `l/(1 + l)`,
+//! the root mean square residual in sigmas, and the cost.
 //!
-//! `FieldEstimate` is the estimate of a list, `SingleEstimate` that of a single parameter. `FieldOptimum` is the
-//! optimum with the directions that the data determine.
+//! Warnings are given for a search without convergence, residuals outside [`USUAL_RMS`], and more directions than were
+//! computed. So are they for values of lists with standard errors above [`UNDETERMINED`] of the prior. Correlations are
+//! not computed, which is a warning with several lists or any single parameter. The warning on the local minimum is
+//! always there. [`FieldReport::values`] returns the parameters with their values, [`FieldReport::summary`] the text
+//! for the terminal.
 
 use crate::code::Code;
 use crate::error::Error;
@@ -85,7 +85,7 @@ pub struct FieldReport {
     pub values: usize,
     /// Half the sum of squares of residuals over sigma and of deviations from the prior over its standard deviation.
     pub misfit: f64,
-    /// Cost, in full simulations.
+    /// Cost: number of simulations and of products with the Jacobian.
     pub simulations: f64,
     /// Wall-clock time, s.
     pub wall_seconds: f64,
@@ -184,10 +184,11 @@ impl FieldReport {
         report
     }
 
-    /// The identified parameters of a scene with their values in their units, list after list, then single ones.
+    /// The identified parameters with their values in their units: the values of every list at the parameters that
+    /// `scene` has for them, list after list, then the single parameters.
     ///
     /// # Errors
-    /// [`Error::Invalid`] for a scene that does not have them.
+    /// [`Error::Invalid`] for a scene without one of the lists. Single parameters are not compared with the scene.
     pub fn values(&self, scene: &Scene) -> Result<Vec<(Parameter, f64)>, Error> {
         let mut values = Vec::new();
         for field in &self.fields {

@@ -1,15 +1,15 @@
 //! The search for the optimum of a fit along the rod: the Levenberg-Marquardt method with products with the Jacobian
 //! instead of its rows.
 //!
-//! Unknowns are independent normal numbers `z`, from 0 (scene and prior means) on. The cost is half the sum of
-//! squares of residuals (in sigmas) and of `z`. A step solves `(1 + damping + J'J) s = -gradient` in the Krylov space
-//! of the gradient by Lanczos's method, with at most [`STEP_PRODUCTS`] products. Each product costs one forward
-//! derivative and one adjoint. The search converges where an accepted step predicts a decrease below [`LEAST_GAIN`]
-//! and no damping is left. It ends without convergence after [`STEPS`] accepted steps, or if damping up to
-//! [`MAX_DAMPING`] lowers nothing. Eigenvectors of `J'J` at the optimum, down to the eigenvalue
-//! [`LEAST_INFORMATION`], then yield the standard errors. Result: a [`FieldReport`], without convergence too, with a
-//! warning. An unsupported fit, a failed run at the start, a failed product with the Jacobian, values that the scene
-//! does not allow, and a stop are errors.
+//! Unknowns are independent normal numbers `z`, which start from 0 (values of the scene, means of the priors). The cost
+//! is half the sum of squares of residuals (in sigmas) and of `z`. A step `s` solves `(1 + damping + J'J) s =
+//! -gradient` in the Krylov space of the gradient by Lanczos's method, with at most [`STEP_PRODUCTS`] products with
+//! `J'J`, each of one forward derivative and one adjoint. The search converges when an accepted step predicts a
+//! decrease of the cost below [`LEAST_GAIN`] and the damping is zero after it. It ends without convergence after
+//! [`STEPS`] accepted steps, or if no step with a damping up to [`MAX_DAMPING`] is accepted. Eigenvectors of `J'J` at
+//! the optimum, down to the eigenvalue [`LEAST_INFORMATION`], then yield the standard errors. Result: a
+//! [`FieldReport`], without convergence too, with a warning. An unsupported fit, a failed run at the start, a failed
+//! product with the Jacobian, values that the scene does not allow, and a stop are errors.
 
 use crate::dynamics::{Reversible, TrajectorySlopes};
 use crate::error::{Error, none_on_failure};
@@ -55,8 +55,8 @@ const FIRST_DAMPING: f64 = 1.0;
 const NEGLIGIBLE_DAMPING: f64 = 1e-2;
 /// Largest damping: above it steps are too short to change the misfit.
 const MAX_DAMPING: f64 = 1e12;
-/// Smallest eigenvalue of `J'J`, which is the information of the data over that of the prior, of the directions in the
-/// standard errors. Without smaller ones these are too large by up to half of it.
+/// Smallest eigenvalue of `J'J` (information of the data over that of the prior) of the directions in the standard
+/// errors. Left out directions make standard errors too large by a fraction of up to half of it.
 const LEAST_INFORMATION: f64 = 0.05;
 /// Number of products between two tests whether all directions for the standard errors are found.
 const TEST_INTERVAL: usize = 4;
@@ -104,9 +104,10 @@ struct FieldSearch<'a> {
 }
 
 impl FieldSearch<'_> {
-    /// One row per measured coordinate of all observations, in their order. It is the residual, simulated less measured
-    /// value over the standard deviation of the value, by sigma (1 without one) and its factors. The row has it as a
-    /// linear function of the position of the point at the time of the sample, as the camera records it.
+    /// One row per measured coordinate of all observations, in their order, for its residual: simulated less measured
+    /// value over the standard deviation of the value. This is the sigma of the observation (1 without one) times the
+    /// factor of the point or value. The simulated value is a linear function of the position of the point at the time
+    /// of the sample, as the camera records it.
     fn observation_rows(&self, problem: &Problem) -> Vec<ObservationRow> {
         let view = View::new(problem, |_, value| value);
         let all = self.fit.observations.iter().flat_map(|observation| {
@@ -118,7 +119,8 @@ impl FieldSearch<'_> {
         all.collect()
     }
 
-    /// Data and model of all observations at a trial, one series per coordinate, for plots; sigma is 1 without one.
+    /// Measured and simulated values of all observations at a trial for plots, one series per observed coordinate;
+    /// sigma is 1 for an observation without one.
     fn series(&self, trial: &FieldTrial) -> Vec<Series> {
         let mut rest = &trial.residuals[..];
         let own_series = |observation: &Observation| {
@@ -131,9 +133,10 @@ impl FieldSearch<'_> {
         self.fit.observations.iter().flat_map(own_series).collect()
     }
 
-    /// Simulates the rod with the parameters at `z` up to the step of the last sample, with states for derivatives.
-    /// Residuals are those of all measured coordinates, in sigmas. The run counts as one. Error: values that the scene
-    /// does not allow, or a simulation that fails.
+    /// Simulates the rod with the parameters at `z` from the start to the end of the step with the last sample, at
+    /// least one step, and keeps its states for derivatives. The trial has the residuals of all measured coordinates,
+    /// in sigmas, and the cost. The run counts as one. Error: values that the scene does not allow, or a simulation
+    /// that fails.
     fn simulate(&mut self, z: Vec<f64>) -> Result<FieldTrial, Error> {
         // Same layout for all values, so that the residuals are smooth.
         let problem = self.problem.with_fixed_layout(self.space.values(&z))?;
@@ -154,8 +157,9 @@ impl FieldSearch<'_> {
         Ok(FieldTrial { z, run, residuals, cost })
     }
 
-    /// The product `J v` at a trial, one number per measured coordinate, in sigmas, by forward derivatives along the
-    /// changes `C v` of the parameters. It counts as a run. Error: the derivatives fail.
+    /// The product `J v` at a trial: derivatives of the residuals along the direction `v` of the unknowns `z`, one
+    /// number per measured coordinate, in sigmas. They are forward derivatives along the changes `C v` of the
+    /// parameters. The product counts as a run. Error: the derivatives fail.
     fn multiply(&mut self, trial: &FieldTrial, v: &[f64]) -> Result<Vec<f64>, Error> {
         self.runs += 1.0;
         let problem = trial.run.problem();
@@ -176,8 +180,9 @@ impl FieldSearch<'_> {
         changes.collect()
     }
 
-    /// The product `J' w` at a trial, a gradient with one number per `z`, by the adjoint of the simulation. `w` has a
-    /// number per measured coordinate, in sigmas. It counts as a run. Error: the adjoint fails.
+    /// The product `J' w` at a trial, one number per unknown of `z`, by the adjoint of the simulation: the gradient of
+    /// `w . residuals`. `w` has a number per measured coordinate. The product counts as a run. Error: the adjoint
+    /// fails.
     fn multiply_transposed(&mut self, trial: &FieldTrial, w: &[f64]) -> Result<Vec<f64>, Error> {
         self.runs += 1.0;
         let mut slopes: TrajectorySlopes<'_> = trial.run.slopes();
@@ -189,8 +194,8 @@ impl FieldSearch<'_> {
         Ok(gradient)
     }
 
-    /// Continues Lanczos's method with products with `J'J` at a trial. It ends when `lanczos` has `most` products in
-    /// total, `is_done` is true, or the Krylov space is complete. Error: a product fails.
+    /// Adds products with `J'J` at a trial to Lanczos's method, until `lanczos` has `most` products in total, `is_done`
+    /// is true, or the Krylov space is complete. Error: a product fails.
     fn iterate_lanczos(
         &mut self,
         trial: &FieldTrial,
@@ -207,13 +212,13 @@ impl FieldSearch<'_> {
     }
 
     /// Descends from a trial by Gauss-Newton steps, first without damping, at most [`STEPS`] accepted ones. A step is
-    /// accepted if it lowers the misfit by more than [`LEAST_GAIN_RATIO`] of the predicted decrease, or if both are
-    /// below [`LEAST_GAIN`]. Otherwise, or if its simulation fails, the damping is multiplied by [`MORE_DAMPING`], to
-    /// [`FIRST_DAMPING`] at least. After a gain above [`GOOD_GAIN_RATIO`] of the prediction it is divided by
-    /// [`LESS_DAMPING`], and below [`NEGLIGIBLE_DAMPING`] it becomes zero. Returns the last accepted trial, and whether
-    /// the search converged: an accepted step predicted less than [`LEAST_GAIN`], and no damping was left. It ends
-    /// without convergence after [`STEPS`], or above [`MAX_DAMPING`]. Error: a stop, a product with the Jacobian that
-    /// fails, or values that the scene does not allow.
+    /// accepted if it lowers the cost by more than [`LEAST_GAIN_RATIO`] of the predicted decrease, or if both the
+    /// predicted decrease and the magnitude of the change are below [`LEAST_GAIN`]. Otherwise, or if its simulation
+    /// fails, the damping is multiplied by [`MORE_DAMPING`], to [`FIRST_DAMPING`] at least. After a gain above
+    /// [`GOOD_GAIN_RATIO`] of the prediction it is divided by [`LESS_DAMPING`], and below [`NEGLIGIBLE_DAMPING`] it
+    /// becomes zero. Returns the last accepted trial, and whether the search converged: an accepted step predicted less
+    /// than [`LEAST_GAIN`], and the damping is zero after it. It ends without convergence after [`STEPS`], or above
+    /// [`MAX_DAMPING`]. Error: a stop, a product with the Jacobian that fails, or values that the scene does not allow.
     fn descend(&mut self, mut trial: FieldTrial) -> Result<(FieldTrial, bool), Error> {
         let mut damping = 0.0_f64;
         for _ in 0..STEPS {
@@ -269,8 +274,8 @@ impl FieldSearch<'_> {
 
     /// The report of the trial at the optimum. Lanczos's method computes the eigenvectors of `J'J` for the standard
     /// errors. It ends when an eigenvalue below [`LEAST_INFORMATION`] appears and all larger ones are accurate, tested
-    /// every [`TEST_INTERVAL`] products. After [`ERROR_PRODUCTS`] products the directions count as incomplete, which is
-    /// a warning. Error: a product fails.
+    /// every [`TEST_INTERVAL`] products, or when all eigenvectors are found. With [`ERROR_PRODUCTS`] products it ends
+    /// too, and the directions count as incomplete, which is a warning. Error: a product fails.
     fn report(
         mut self,
         trial: &FieldTrial,

@@ -4,15 +4,14 @@
 //! [`FieldSpace::new`] validates the lists and single parameters and assigns each a prior: a smooth one along the rod,
 //! or a normal one. Values of natural bending are at equal distances from end to end, those of other lists in the
 //! middle of equal parts. Then `values = means + C z`, in the units of the parameters, with the symmetric root `C` of
-//! the prior covariance, block by block. The means are the values of the scene for lists, those of the prior for single
-//! parameters; lists come first. The search works on `z`; simulations take the [values](FieldSpace::values),
-//! derivatives the [changes](FieldSpace::changes). `multiply` multiplies by `C` in place. `layout_parameters` are those
-//! for whose values the layout of unknowns is chosen, so that it is the same for all values. No list, a list twice or
-//! not in the scene, a standard deviation or correlation length that is not positive, parameters without derivatives,
-//! and single parameters without a prior, twice, or of camera, supports or shape of the rod are errors.
+//! the prior covariance. `C` has one block per list, and the standard deviation of each single parameter on its
+//! diagonal. The means are the values of the scene for lists, those of the prior for single parameters; lists come
+//! first. The search works on `z`; simulations take the [values](FieldSpace::values), derivatives the
+//! [changes](FieldSpace::changes) `C z`.
 //!
-//! `Field` is the list of a fit file, `FieldList` a list with its prior, and `SingleParameter` a single parameter with
-//! its prior.
+//! Errors: no list, a list twice or not in the scene, a standard deviation or correlation length that is not positive,
+//! and parameters without derivatives. Single parameters without a prior, twice, in one of the lists, or of camera,
+//! supports or shape of the rod are errors too.
 
 use crate::error::{Error, ensure};
 use crate::fit::field::prior::SmoothPrior;
@@ -42,7 +41,7 @@ pub struct FieldSpace {
     pub lists: Vec<FieldList>,
     /// Single parameters, in the order of the fit.
     pub singles: Vec<SingleParameter>,
-    /// All parameters, in the order of the independent numbers.
+    /// All parameters, in the order of `z`.
     parameters: Vec<Parameter>,
 }
 
@@ -67,9 +66,10 @@ pub struct SingleParameter {
 impl FieldSpace {
     /// The space of some lists (`fields`) and single parameters (`unknowns`) of a problem. Values of natural bending
     /// are at equal distances from one end of the rod to the other. Those of other lists are in the middle of equal
-    /// parts. The correlation length of the prior is given in these spacings. Errors: no list, one that the scene lacks
-    /// or that is given twice, a sigma or length that is not positive, and parameters without derivatives. Single
-    /// parameters need a prior, must not be of camera, supports or shape of the rod, and must not stand twice.
+    /// parts. The correlation length of a list, m, is converted to these spacings. Errors: no list, one that the scene
+    /// lacks or that is given twice, a sigma or length that is not positive, and parameters without derivatives. Single
+    /// parameters need a prior, must not be of camera, supports or shape of the rod, and must not stand twice or in a
+    /// list.
     pub fn new(problem: &Problem, fields: &[Field], unknowns: &[Unknown]) -> Result<Self, Error> {
         let scene = problem.scene();
         let (mut lists, mut parameters): (Vec<FieldList>, Vec<Parameter>) = Default::default();
@@ -125,13 +125,13 @@ impl FieldSpace {
         Ok(Self { lists, singles, parameters })
     }
 
-    /// The parameters, in the order of the independent numbers: list after list, then the single ones.
+    /// The parameters in the order of `z`: list after list, then the single ones.
     pub fn parameters(&self) -> &[Parameter] {
         &self.parameters
     }
 
-    /// Parameters for whose values the layout of the unknowns of a simulation is chosen, so that it is the same for all
-    /// values. They are the first one of each list, and all single ones.
+    /// The first parameter of each list and all single ones. For their changes the layout of the unknowns of a
+    /// simulation is chosen, which is then the same for all values of all parameters.
     pub fn layout_parameters(&self) -> Vec<Parameter> {
         let mut rest = &self.parameters[..];
         let mut chosen = Vec::new();

@@ -2,8 +2,9 @@
 //!
 //! Input: the load, a number of the scene (as `loads.point.0.force.x`), and its measured critical value, N or N m.
 //! Output: [`Buckling`], a data set whose difference in a fit is simulated less measured critical load. The simulated
-//! one is the smallest of the same sign at which the lowest mode loses its stiffness, under the other loads of the
-//! scene. A load that is no force or moment of the scene, a value of zero, and structures are errors.
+//! one is the smallest value of the same sign at which the lowest mode loses its stiffness, under the other loads of
+//! the scene. A load that is no force or moment of the scene, a value that is zero or not finite, and structures are
+//! errors.
 
 use crate::error::{Error, ensure};
 use crate::fit::measurement::dataset::{DataKind, Dataset, Header, ValidationContext};
@@ -85,12 +86,13 @@ impl DataKind for BucklingLoad {
         ensure(is_valid, format!("{key}.value"), self.value, "a finite number, not 0")
     }
 
-    /// Adds the critical load to the required `outputs`.
+    /// Adds the critical load, with the measured value as the expected one, to the required `outputs`.
     fn require(&self, outputs: &mut Requirements) {
         outputs.buckling_cases.push(BucklingCase { load: self.load, expected: self.value });
     }
 
-    /// Calls `each` with simulated less measured critical load. There are no errors.
+    /// Calls `each` once, with the simulated less the measured critical load, N or N m; not at all if `simulated` has
+    /// no critical load. There are no errors.
     fn differences<D: GaugeScalar>(
         &self,
         simulated: &SimulatedOutput<D>,

@@ -1,19 +1,20 @@
-//! Observed coordinates that lens distortion and a rolling shutter need.
+//! Which observed coordinates the models of lens distortion and of a rolling shutter need as input.
 //!
-//! The delay of rows depends on the coordinates along which it is not zero, the distortion on all coordinates of the
-//! picture. [`camera_needs`] returns both for an experiment, for numbers of its camera that are not zero and for those
-//! that a fit identifies or varies. Without errors.
+//! The delay of a row of pixels depends on the coordinates along which `camera.row_delay` is not zero, the distortion
+//! on all coordinates in the picture plane. [`camera_needs`] returns both for x, y and z of an experiment. Numbers of
+//! its camera count that are not zero, or that a fit identifies or varies. Such coordinates must not be removed from
+//! recordings. There are no errors.
 
 use crate::fit::measurement::experiment::Experiment;
 use crate::fit::misfit::camera::is_in_picture;
 use crate::fit::unknown::Unknown;
 
-/// Whether the effects of a camera depend on one observed coordinate.
+/// Which effects of a camera depend on one observed coordinate.
 #[derive(Clone, Copy)]
 pub(crate) struct CameraNeeds {
-    /// Whether the delay of rows does.
+    /// Whether the delay of the rows of pixels (rolling shutter) depends on it.
     pub row_delay: bool,
-    /// Whether the lens distortion does.
+    /// Whether the lens distortion depends on it.
     pub distortion: bool,
 }
 
@@ -24,8 +25,8 @@ impl CameraNeeds {
     }
 }
 
-/// The needs of the camera of an experiment for x, y and z. `unknowns` are the numbers that are identified or varied; those of
-/// other experiments do not count.
+/// The needs of the camera of an experiment for x, y and z, in this order. `unknowns` are the numbers that are
+/// identified or varied; those of other experiments do not count.
 pub(crate) fn camera_needs(experiment: &Experiment, unknowns: &[Unknown]) -> [CameraNeeds; 3] {
     let (problem, camera) = (&experiment.problem, experiment.problem.scene().camera);
     let is_unknown =

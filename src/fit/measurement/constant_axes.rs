@@ -1,11 +1,11 @@
 //! Detection and removal of constant coordinates of recordings, such as the z column of a planar recording. As
 //! measurements without residuals they would lower the estimated noise of the other coordinates.
 //!
-//! Input: the measurements of experiments. A coordinate of a motion is constant if all its values (at least
-//! [`FEWEST`]) are equal while another coordinate of the measurement varies. Of shapes at rest only the coordinate
-//! along the normal of a planar model counts. Planned data and markers of the recording that prescribes the ends are
-//! left alone. Output: the experiment without these coordinates and their standard deviations per value
-//! ([`without_constant_axes`]), and their list for a warning in the report ([`all_constant_axes`]).
+//! Input: the measurements of experiments. A coordinate of a motion is constant if all its values (at least [`FEWEST`])
+//! are equal while another coordinate of the measurement varies. Of shapes at rest only the coordinate along the normal
+//! of a planar model counts. Planned data, markers of the recording that prescribes the ends, and coordinates that the
+//! camera needs are left alone. Output: the experiment without these coordinates and without their standard deviations
+//! per value ([`without_constant_axes`]), and their list for a warning in the report ([`all_constant_axes`]).
 
 use crate::fit::measurement::Measurement;
 use crate::fit::measurement::camera_needs::camera_needs;
@@ -30,9 +30,10 @@ pub(crate) struct ConstantAxis {
     pub samples: usize,
 }
 
-/// A copy of the experiment without constant coordinates of its measurements, which are equal in all samples while
-/// another coordinate varies. They are set to `None`, and standard deviations of their values are removed. Coordinates
-/// that the camera needs, also for one of the `unknowns`, stay.
+/// A copy of the experiment without constant coordinates of its measurements: coordinates of a motion, or along the
+/// normal of a planar model, with at least [`FEWEST`] equal values while another coordinate varies. They are set to
+/// `None`, and standard deviations of their values are removed. Coordinates that the camera needs, also for one of the
+/// `unknowns`, stay.
 pub(crate) fn without_constant_axes(experiment: &Experiment, unknowns: &[Unknown]) -> Experiment {
     let mut experiment = experiment.clone();
     let (normal, needed) = (planar_normal(&experiment), camera_needs(&experiment, unknowns));
@@ -52,8 +53,8 @@ fn planar_normal(experiment: &Experiment) -> Option<[f64; 3]> {
     (problem.model().0 == "planar").then(|| problem.normal())
 }
 
-/// One entry per coordinate that [`without_constant_axes`] removes from a measurement, of all experiments in the order of
-/// the measurements and then x, y, z: label, axis, value in m, and number of samples. Validation data are included.
+/// One entry per coordinate that [`without_constant_axes`] removes from a measurement, of all experiments in the order
+/// of the measurements and then x, y, z: label, axis, value in m, and number of samples. Validation data are included.
 pub(crate) fn all_constant_axes(
     experiments: &[Experiment],
     unknowns: &[Unknown],

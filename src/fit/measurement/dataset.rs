@@ -1,23 +1,16 @@
 //! Data sets: measured values with their header, and the interface of the kinds of data.
 //!
 //! [`Header`] has the noise (standard deviations), the loss, the use in the fit (fitted, validation, planned) and the
-//! origin of the values. A kind of data (such as a motion, a shape or frequencies) implements [`DataKind`]. It has its
-//! values, the outputs of a simulation that they require, and the differences of these outputs from the values.
-//! [`Dataset`] is a header with data of a kind. Everything else in a fit uses this interface. Values are in the order
-//! of the residuals: point by point, and within a point x, y, z, observed coordinates only; or scalars in their order.
+//! origin of the values. A kind of data (such as a motion, a shape or frequencies) implements [`DataKind`]: its values,
+//! the outputs of a simulation that they require, and the differences of these outputs from the values. [`Dataset`] is
+//! a header with data of a kind. Everything else in a fit uses this interface.
 //!
-//! Functions of a data set: `sigma` and `sigmas` set the standard deviation of all, or of each point or value; `loss`
-//! sets the loss, and `held_out` marks validation data. `with_source` stores the file, `with_properties` those of a
-//! table of a fit file, whose sigma has precedence. `Header::in_meters` has unknown noise, `Header::with_sigma` a known
-//! one; `component_label` names a component in messages.
-//!
-//! Functions of all kinds: `sigmas` returns the standard deviation of every value, `scale` the size of relevant changes
-//! in the unit of the values, and `requirements` the outputs of a simulation. `free_share` is the part of the degrees
-//! of freedom that nuisance parameters leave. A [`Coordinate`] lists the values of one axis, or scalars, with their
-//! abscissas; `ascending` sorts them.
-//!
-//! `DataUnit` is the unit in which data were given, with its size in the unit of the values. `ValidationContext` has
-//! the problem and the names of a measurement for errors.
+//! Values are in the order of the residuals: point by point, and within a point x, y, z, observed coordinates only; or
+//! scalars in their order. The standard deviation of a value is the `sigma` of the header times its factor, given per
+//! point, per value, or not at all (1). `sigma` and `sigmas` of a data set set them; `with_properties` sets those of a
+//! table of a fit file, whose sigma replaces that of the data file and leaves the factors. `scale` is the size of
+//! relevant changes, for tolerances. `free_share` is the number of values less that of fitted nuisance parameters, over
+//! the number of values. A [`Coordinate`] lists the values of one axis, or scalars, with their abscissas.
 
 use crate::error::Error;
 use crate::fit::measurement::loss::Loss;
@@ -64,7 +57,7 @@ pub enum Abscissa {
     Load,
 }
 
-/// The values of one coordinate of a measurement, by index and abscissa, in the order of the residuals.
+/// The values of one coordinate of a measurement, given by index and abscissa, in the order of the residuals.
 pub(crate) struct Coordinate {
     /// x, y, z, f of frequencies, g of gauges, P of critical loads, or the component of a sensor.
     pub axis: &'static str,
@@ -76,7 +69,7 @@ pub(crate) struct Coordinate {
 pub(crate) struct CoordinateValue {
     /// Index among all values of the measurement.
     pub index: usize,
-    /// Time, s, arc length, m, or number.
+    /// Time, s, arc length, m, load, N or N m, or number of a mode or reading.
     pub abscissa: f64,
 }
 
@@ -136,17 +129,18 @@ impl Header {
         Self { unit: unit.into(), sigma: Some(sigma), ..Self::default() }
     }
 
-    /// The label of one `component` of the data: the file, or the name without a file, and the component.
+    /// The label of one `component` of the data: the path of the file, or the name of the header without a file,
+    /// followed by a space and the component.
     pub(crate) fn component_label(&self, component: &str) -> String {
         let file = self.source.as_ref().map(|path| path.display().to_string());
         let name = file.unwrap_or_else(|| self.name.clone());
         format!("{name} {component}").trim_start().into()
     }
 
-    /// Sets the standard deviations of all points or of all values, in their unit. `sigma` becomes the one with their
-    /// mean information, `(mean sigma_i^-2)^(-1/2)`; the factors are theirs over it, and none if all are equal. No
-    /// change for an empty list, and no check of the length: without one per point or per value, `DataKind::sigmas`
-    /// does not have one for each value.
+    /// Sets the standard deviations of all points or of all values, in their unit. If all are equal, `sigma` becomes
+    /// that value, without factors. Else it becomes the one with their mean information, `(mean sigma_i^-2)^(-1/2)`,
+    /// and the factors are `sigma_i/sigma`. No change for an empty list. The length is not checked here; it must be the
+    /// number of points or of values.
     fn set_sigmas(&mut self, sigmas: &[f64]) {
         let Some(first) = sigmas.first() else { return };
         self.sigma = Some(*first);
@@ -189,8 +183,9 @@ impl<D> DerefMut for Dataset<D> {
 }
 
 impl<D: DataKind> Dataset<D> {
-    /// The data set with a known standard deviation, in the unit of the values. It is that of every value, unless
-    /// factors of points or values are set ([`sigmas`](Self::sigmas)), which stay and multiply it.
+    /// The data set with a known standard deviation `sigma`, in the unit of the values, of every value. If factors of
+    /// points or values are set ([`sigmas`](Self::sigmas)), they stay, and the standard deviation of a value is `sigma`
+    /// times its factor.
     pub fn sigma(mut self, sigma: f64) -> Self {
         self.header.sigma = Some(sigma);
         self
@@ -203,7 +198,7 @@ impl<D: DataKind> Dataset<D> {
         self
     }
 
-    /// The data set with another loss function of its residuals than squares.
+    /// The data set with this loss function of its residuals instead of the default, squares.
     pub fn loss(mut self, loss: Loss) -> Self {
         self.header.loss = loss;
         self
@@ -235,7 +230,8 @@ impl<D: DataKind> Dataset<D> {
     }
 
     /// The data set with the properties in the table of a fit file. A sigma in the table, in the unit of the values,
-    /// replaces that of the data file; loss and `held_out` are always replaced.
+    /// replaces that of the data file, whose factors of points or values stay and multiply it. Loss and `held_out` are
+    /// always replaced.
     pub(crate) fn with_properties(
         mut self,
         sigma: Option<f64>,
@@ -249,7 +245,7 @@ impl<D: DataKind> Dataset<D> {
     }
 }
 
-/// Context of the validation of a measurement: its problem and its names for errors.
+/// Context of the validation of a measurement: the problem that it is compared with, and its names for errors.
 pub struct ValidationContext<'a> {
     /// The problem with which it is compared.
     pub problem: &'a Problem,
@@ -280,7 +276,7 @@ pub trait DataKind: Debug + Send + Sync {
     }
 
     /// The quantity on the abscissa of plots: time, arc length, mode number, load or number of the reading. The default
-    /// is that of readings: time, or their number if all are at rest.
+    /// is that of readings: time if any has one, or else their number.
     fn abscissa(&self) -> Abscissa {
         match self.readings().iter().any(|r| r.time.is_some()) {
             true => Abscissa::Time,
@@ -289,7 +285,8 @@ pub trait DataKind: Debug + Send + Sync {
     }
 
     /// Abscissa of every point, in the order of the points: time, s, arc length, m, mode number, load, N or N m, or
-    /// number of the reading (from 1). The default is that of readings: time, or the number of a reading at rest.
+    /// number of the reading (from 1). The default is that of readings: the time of each, or its number if it is at
+    /// rest.
     fn abscissas(&self, _problem: &Problem) -> Vec<f64> {
         let number = |(k, r): (usize, &Reading)| r.time.unwrap_or((k + 1) as f64);
         self.readings().iter().enumerate().map(number).collect()
@@ -350,8 +347,9 @@ pub trait DataKind: Debug + Send + Sync {
     /// [`Error::Invalid`] with the key of the table or the label, and the allowed values.
     fn check(&self, header: &Header, context: &ValidationContext) -> Result<(), Error>;
 
-    /// Removes values after the `horizon`, s, and computes approximate arc lengths of points without one, in place; by
-    /// default readings after the horizon. Residuals call it on a copy of the data.
+    /// Removes values after the `horizon`, s, up to which residuals are computed, and computes approximate arc lengths
+    /// of points without one, in place. The default removes readings after the horizon; those at rest stay. Residuals
+    /// call it on a copy of the data.
     fn prepare(&mut self, _problem: &Problem, horizon: f64) {
         let readings = self.readings_mut().into_iter();
         readings.for_each(|readings| readings.retain(|r| r.time.is_none_or(|t| t <= horizon)));
@@ -442,8 +440,9 @@ impl dyn DataKind + '_ {
         axes.into_iter().filter(|axis| !axis.values.is_empty()).collect()
     }
 
-    /// Scale of rounding errors and of relevant changes, in the unit of the values. For positions it is the larger of
-    /// the rod's length and the size of its motion; for scalars [`size`](DataKind::size).
+    /// Size relative to which rounding errors and changes of the values are judged, in the unit of the values. For
+    /// positions it is the larger of the rod's length and the [`size`](DataKind::size) of their motion or deflection;
+    /// for scalars it is the `size`.
     pub(crate) fn scale(&self, problem: &Problem) -> f64 {
         // Positions are rounded relative to the size of the rod, however little it moves.
         match self.axis() {
@@ -452,8 +451,8 @@ impl dyn DataKind + '_ {
         }
     }
 
-    /// Degrees of freedom that remain beside fitted nuisance parameters, over the number of values; 1 without these, at
-    /// least one degree.
+    /// Degrees of freedom of the residuals over the number `n` of values: `(n - m)/n`, at least `1/n`, for `m` fitted
+    /// nuisance parameters; 1 without these.
     pub(crate) fn free_share(&self) -> f64 {
         // Each fitted nuisance removes one direction of the residuals.
         let values = self.values().max(1) as f64;

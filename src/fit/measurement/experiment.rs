@@ -1,15 +1,16 @@
 //! Experiments: the prepared problem of one scene with its measurements. Several experiments may share parameters.
 //!
 //! [`Experiment`] has a name, the problem (`new`, or `of_structure`) and the measurements (`observe`). Its `records`
-//! are the recorded motions, with readings of gauges and sensors over time as x coordinates. `duration` is their last
-//! time, s, and `highest_mode` the highest measured mode (0 without any). `moves` and `rests` return whether a motion,
-//! and whether anything else, was measured. `aim` is the simulation by whose accuracy the mesh is chosen: the motion,
-//! else the modes, else the equilibrium. The work of a simulation is steps times segments of the motion, plus
-//! `rest_work`: [`STEPS_OF_REST`] times segments for every equilibrium if anything is measured at rest. `held_out`,
-//! `only` and `with_problem` return changed copies. `key`, `label`, `group` and `with_name` are texts with the name of
-//! the experiment. Over a list of experiments, [`all`] iterates over measurements in the order of the residuals,
-//! [`full_work`] sums the work, and [`fitted`] removes validation data. [`named`] adds experiments to the name of a
-//! parameter. A measured motion in a scene without time is an error of the work.
+//! are the recorded motions, with readings of gauges and sensors over time as x coordinates; `duration` is their last
+//! time, s. `moves` returns whether there are records, `rests` whether there is any other measurement. `highest_mode`
+//! is the highest measured mode, at least 1 with a critical load, and 0 without both. `aim` is the simulation by whose
+//! accuracy the mesh is chosen: the motion, else the modes, else the equilibrium.
+//!
+//! The work of a simulation is steps times segments of the motion, plus `rest_work`: [`STEPS_OF_REST`] times segments
+//! for every equilibrium if anything is measured at rest. A measured motion in a scene without time is an error of the
+//! work. Texts for messages have the name of the experiment in front. Over a list of experiments, [`all`] iterates over
+//! measurements in the order of the residuals, [`full_work`] sums the work, and [`fitted`] removes validation data.
+//! [`named`] adds experiments to the name of a parameter.
 
 use crate::accuracy::Aim;
 use crate::error::Error;
@@ -40,8 +41,8 @@ impl Experiment {
         Self { name: name.into(), problem: problem.clone(), measurements: Vec::new() }
     }
 
-    /// An experiment with a structure. Its parameters are the numbers of the structure,
-    /// `materials.steel.youngs_modulus`.
+    /// An experiment with a structure, without measurements yet. Its parameters are the numbers of the structure, such
+    /// as `materials.steel.youngs_modulus`.
     ///
     /// # Errors
     /// [`Error::Invalid`] for a structure that is not valid.
@@ -111,8 +112,8 @@ impl Experiment {
         self.records().map(|o| last(&o)).fold(0.0, f64::max)
     }
 
-    /// Work of one full simulation of the experiment, steps times segments: all steps of the scene if a motion was
-    /// measured, plus [its equilibria](Self::rest_work). An error if a motion was measured and the scene has no time.
+    /// Work of one full simulation of the experiment, in steps times segments: all steps of the scene's time if
+    /// `moves`, plus [its equilibria](Self::rest_work). An error if a motion was measured and the scene has no time.
     pub(crate) fn full_work(&self) -> Result<f64, Error> {
         // An experiment may have a motion and measurements at rest, which are simulated separately.
         let steps = if self.moves() { self.problem.time()?.steps() as f64 } else { 0.0 };
@@ -159,8 +160,8 @@ impl Experiment {
         if self.name.is_empty() { text } else { format!("{}: {text}", self.name) }
     }
 
-    /// The label of the group of a measurement for statistics, after the name of the experiment: its own label, or
-    /// `the markers` for a marker of the scene's own recording. All such markers are one group.
+    /// The label of the group that a measurement belongs to in statistics, after the name of the experiment: its own
+    /// label, or `the markers` for a marker of the scene's own recording. All such markers are one group.
     pub(crate) fn group(&self, measurement: &Measurement) -> String {
         match measurement.marker() {
             None => self.label(measurement),

@@ -2,10 +2,11 @@
 //!
 //! Input: a [`Quantity`], a function of positions and velocities of some points of the rod; its readings in its own
 //! unit, with times in s or at rest; one standard deviation in this unit. Output: [`Gauge`], a data set whose
-//! differences in a fit are the quantity of the simulated rod less the reading. They do not depend on the camera of the
-//! scene. Points that are not on the rod, readings that are not finite, times that do not increase within the
-//! simulation, and structures are errors. [`Gauge::over_time`] and [`Gauge::at_rest`] make them. Only the library has
-//! gauges, fit files do not. [`check_readings`] checks times and values, also of sensors.
+//! differences in a fit are the quantity of the simulated rod less the reading.
+//! They do not depend on the camera of the scene. Points that are not on the rod, readings that are not finite, times
+//! that do not strictly increase from 0 to the end of the simulation, and structures are errors. [`Gauge::over_time`]
+//! and [`Gauge::at_rest`] make gauges. Only the library has gauges, fit files do not. [`check_readings`] checks times
+//! and values, also of sensors.
 
 use crate::error::{Error, ensure};
 use crate::fit::measurement::dataset::{DataKind, Dataset, Header, ValidationContext};
@@ -97,9 +98,9 @@ impl DataKind for GaugeReadings {
         Some(&mut self.readings)
     }
 
-    /// Rejects points that are not on the rod and readings that are not finite. Times must strictly increase within 0
-    /// to the end of the simulation. Readings at rest have no times to check. Errors have the label. An error also for
-    /// times with a scene that has none.
+    /// Rejects structures, points that are not on the rod and readings that are not finite. Times must strictly
+    /// increase within 0 to the end of the simulation. Readings at rest have no times to check. Errors have the label.
+    /// An error also for times with a scene that has none.
     fn check(&self, _header: &Header, context: &ValidationContext) -> Result<(), Error> {
         let ValidationContext { problem, label, .. } = context;
         refuse_structure(problem, label, "a user-defined measurement")?;

@@ -3,12 +3,11 @@
 //! Input: a file, and its format, rate and scale as far as the user states them ([`Recording`]). Determined are its
 //! format, its clock (unit, rate, gaps longer than [`STEP`] usual steps) and its unit of length. For each marker it
 //! determines the axes, gaps, range, noise (from differences of the samples), single-frame jumps ([`JUMP`]) and
-//! repeated frames, in the units of the file. It counts the positions with a confidence below [`SURE`], which are taken
-//! for missing. Three or more markers are tested for lost frames and swapped labels, as if along a rod, if unit and
-//! clock are known. Output: [`Inspection`], with the `[[observation]]` table of a fit file that reads the marker that
-//! moves most. The table is checked by reading the file with it; an error is added as a comment. `largest_coordinate`
-//! is the largest absolute one of all markers, in the unit of the file; in a file without a unit, taken as m, it is
-//! implausible above [`FAR`].
+//! repeated frames, in the units of the file. Positions with a confidence below [`SURE`] are counted and taken for
+//! missing. Three or more markers are tested for lost frames and swapped labels, as if along a rod, if unit and clock
+//! are known. Output: [`Inspection`], with the `[[observation]]` table of a fit file that reads the marker with the
+//! largest range of a coordinate. The table is checked by reading the file with it; an error is added as a comment.
+//! Positions without a unit are taken as m; a largest absolute coordinate above [`FAR`] is then implausible.
 
 use crate::error::Error;
 use crate::fit::measurement::motion::Observation;
@@ -35,7 +34,7 @@ const JUMP: [f64; 2] = [10.0, 4.0];
 /// Largest plausible coordinate, m, in a file without a unit. Larger ones are most likely in pixels or millimeters.
 pub(super) const FAR: f64 = 20.0;
 
-/// Content of a marker file.
+/// Result of the inspection of a marker file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Inspection {
@@ -66,7 +65,7 @@ pub struct Inspection {
     pub observation: String,
 }
 
-/// Content of a marker file for one marker.
+/// Result of the inspection for one marker.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct InspectedMarker {
@@ -94,9 +93,10 @@ pub struct InspectedMarker {
 
 impl Inspection {
     /// Inspects a file: format, clock with gaps, unit, markers, faults along a rod, and an `[[observation]]` table that
-    /// reads the marker that moves most. `recording` may have its format, and the `fps` and `scale` that the file
-    /// lacks. The rate is 1 over the median step of a clock of times, else that of the file or `fps`. Scale and rate
-    /// that are still unknown are `..` there. If the table cannot be read by a fit, it has the error as a comment.
+    /// reads the marker that moves most. `recording` may have the format, and the `fps` and `scale` that the file
+    /// lacks. The rate is 1 over the median step of a clock in units of time, or that of the file or `fps` for a clock
+    /// of frame numbers. Scale and rate that are still unknown are `..` in the table. If a fit cannot read the file
+    /// with the table, the error is added to it as a comment.
     ///
     /// # Errors
     ///
@@ -168,8 +168,8 @@ impl Inspection {
 
     /// The `given` recording completed for the file `source`. The marker that moves most is named if there are several.
     /// The confidence threshold is [`SURE`] if the file has confidences. y points down in image coordinates unless
-    /// given. Time zero is the frame nearest to the onset of motion, or the first clock reading. Other keys of `given`
-    /// stay.
+    /// given. Time zero, given or not, is the frame nearest to the onset of motion, or the first clock reading without
+    /// one. Other keys of `given` stay.
     fn interpretation(&self, source: &MarkerFile, given: &Recording) -> Recording {
         let marker = self.most_moving_marker();
         Recording {
@@ -190,9 +190,9 @@ impl Inspection {
 
     /// The `[[observation]]` table for `source` as TOML text. Its keys are file, format and columns if given, marker
     /// (if there are several), point (the tip), likelihood, and axes of a spatial marker. Frame rate and scale that the
-    /// file lacks, y as stated or in image coordinates, origin, time zero and noise follow. Values that neither file nor
-    /// user state are `..`, to be filled in. The noise is omitted if it is unknown or zero, or without a factor to
-    /// meters. `file` is the name of the file as a TOML string.
+    /// file lacks, y as stated or in image coordinates, origin, time zero and sigma (noise, m) follow. A frame rate or
+    /// scale that neither file nor user state is `..`, to be filled in. Sigma is omitted if the noise is unknown or
+    /// zero, or without a factor to meters. `file` is the name of the file as a TOML string.
     fn observation_table(&self, file: &str, source: &MarkerFile) -> String {
         let read = &self.recording;
         let mut lines = vec!["[[observation]]".to_string()];
@@ -274,8 +274,9 @@ impl Inspection {
     }
 }
 
-/// Clock reading of the frame nearest to the onset of the motion (change point) of the marker with this `name`. `None`
-/// if there is no such marker, or it moves from the first frame on.
+/// Clock reading of the frame nearest to the onset (change point) of the motion of the marker with this `name`, by its
+/// positions of sufficient confidence. `None` if there is no such marker, or no onset was found, as of a marker that
+/// moves from the first frame on.
 fn onset(source: &MarkerFile, name: &str) -> Option<f64> {
     let marker = confident_positions(source.markers.iter().find(|m| m.name == name)?);
     let clocks: Vec<f64> = source.frames.iter().map(|row| row.clock).collect();
@@ -304,7 +305,7 @@ fn quoted(text: &str) -> String {
     toml::Value::String(text.into()).to_string()
 }
 
-/// Whether a confidence of a position is missing or below [`SURE`].
+/// Whether the confidence of a position is missing or below [`SURE`].
 fn is_uncertain(confidence: &Option<f64>) -> bool {
     confidence.is_none_or(|confidence| confidence < SURE)
 }
@@ -363,7 +364,7 @@ fn inspect_marker(marker: &MarkerData, clocks: &[f64], step: Option<f64>) -> Ins
 }
 
 /// Standard deviation of the noise of one coordinate, in its unit, by differences of its values at the times `clocks`;
-/// missing values are skipped. `None` where differences do not determine it.
+/// missing values are skipped. `None` where differences do not determine it, as of constant, smoothed or few values.
 fn noise(clocks: &[f64], coordinate: impl Iterator<Item = Option<f64>>) -> Option<f64> {
     let observed = clocks.iter().zip(coordinate).filter_map(|(t, x)| Some((*t, x?)));
     let (times, values): (Vec<f64>, Vec<f64>) = observed.unzip();
@@ -371,10 +372,11 @@ fn noise(clocks: &[f64], coordinate: impl Iterator<Item = Option<f64>>) -> Optio
     Some(series.noise().ok()?.sigma)
 }
 
-/// Indices of frames in which a marker jumps. Its deviation from the cubic through two positions on each side exceeds
-/// those of the two frames on each side. It also exceeds the first [`JUMP`] times the median (upper one) of all frames,
-/// and the second one times those three and four frames away. Frames for which `has_no_gap` is false, next to a gap of
-/// the clock, and frames without all five positions are left out.
+/// Indices of frames in which a marker jumps, by the deviation of each frame from the cubic through the two positions
+/// on each side. In a jump it exceeds the deviations of the two frames on each side. It also exceeds the first [`JUMP`]
+/// times the (upper) median of all frames, and the second [`JUMP`] times the largest deviation of the frames three and
+/// four away. Frames for which `has_no_gap` is false, next to a gap of the clock, and frames without all five positions
+/// are left out.
 fn jumps(marker: &MarkerData, has_no_gap: impl Fn(Range<usize>) -> bool) -> Vec<usize> {
     // The cubic through the positions at k-2, k-1, k+1 and k+2, evaluated at k: weights -1, 4, 4, -1 over 6.
     let deviation = |k: usize| -> Option<f64> {

@@ -68,8 +68,8 @@ impl Inspection {
     }
 
     /// The table of the markers: one row each with name, detected frames, range per axis, noise and gaps. Columns for
-    /// x, y and z are always there. Cells are empty for axes or noise that the marker does not have, and for gaps
-    /// without any.
+    /// x, y and z are always there. Cells are empty for axes or noise that the marker does not have, and for a marker
+    /// without gaps and uncertain frames.
     fn marker_table(&self) -> SummaryTable {
         // One column per axis, also for markers without it, keeps the table aligned.
         let range = |marker: &InspectedMarker, axis: char| -> Option<String> {
@@ -137,7 +137,8 @@ fn shown_name(marker: &InspectedMarker) -> String {
     if marker.name.is_empty() { "(no name)".into() } else { marker.name.clone() }
 }
 
-/// The numbers of gaps (with the longest, in frames) and of uncertain frames of a marker as text; empty without any.
+/// Text with the number of gaps of a marker, the frames of the longest one, and the number of frames with an
+/// insufficient confidence; empty without any.
 fn gaps(marker: &InspectedMarker) -> String {
     let [count, longest] = marker.gaps;
     let lost = (count > 0).then(|| format!("lost {} for up to {longest} frames", times(count)));

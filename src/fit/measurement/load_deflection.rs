@@ -3,11 +3,11 @@
 //! Input: the load, a number of the scene (as `loads.point.0.force.y`), and its values in the order in which they were
 //! applied, N or N m. For each there is one coordinate of the displacement of a point, m, in world axes. Output:
 //! [`LoadDeflection`], a data set whose differences in a fit are simulated less measured displacement. Displacements
-//! are relative to the equilibrium at a load of zero, under the other loads of the scene. Equilibria follow each other:
-//! each search begins at the equilibrium under the load before. `largest_load` is the largest one by absolute value,
-//! with its sign. The camera has no effect. [`check_load`] rejects other parameters than loads, also for critical
-//! loads. Errors: a load that is no force or moment of the scene, or that is an unknown of the fit; structures; values
-//! that are not finite; and points that are not on the rod.
+//! are relative to the equilibrium at a load of zero, under the other loads of the scene. The equilibria are computed
+//! in the order of the loads: each search begins at the equilibrium under the load before. The camera has no effect.
+//! [`check_load`] rejects other parameters than loads, also for critical loads. Errors: a load that is no force or
+//! moment of the scene, or that is an unknown of the fit; structures; values that are not finite; an empty curve; and
+//! points that are not on the rod.
 
 use crate::dynamics::record::RecordView;
 use crate::error::{Error, ensure};
@@ -44,8 +44,8 @@ pub struct LoadCurve {
 pub type LoadDeflection = Dataset<LoadCurve>;
 
 impl LoadDeflection {
-    /// Displacements of a `point` along an `axis` of the world (0 to 2 for x, y and z) under several values of a
-    /// `load`, with unknown noise and squared loss.
+    /// Displacements of a `point` along an `axis` of the world (0 to 2 for x, y and z; larger numbers are taken as 2)
+    /// under several values of a `load`, with unknown noise and squared loss.
     ///
     /// ```
     /// use rodfit::Point;
@@ -65,7 +65,8 @@ impl LoadDeflection {
 }
 
 impl LoadCurve {
-    /// The largest absolute value of the load, with its sign; zero without any.
+    /// The load of the largest absolute value, with its sign, N or N m; the first one of equal values, and zero for an
+    /// empty curve.
     pub(crate) fn largest_load(&self) -> f64 {
         let loads = self.curve.iter().map(|own| own.load);
         loads.fold(0.0, |most: f64, load| if load.abs() > most.abs() { load } else { most })
@@ -78,7 +79,8 @@ impl DataKind for LoadCurve {
         "load_deflection"
     }
 
-    /// The file and the name of the displacement; without a file that of the header.
+    /// The file, or the name of the header without a file, followed by the name of the displacement, `ux`, `uy` or
+    /// `uz`.
     fn label(&self, header: &Header) -> String {
         header.component_label(["ux", "uy", "uz"][self.axis])
     }
@@ -131,15 +133,16 @@ impl DataKind for LoadCurve {
         problem.with_fixed_layout([(self.load, self.largest_load())]).map(|_| ())
     }
 
-    /// Adds the equilibria without the load and under each of its values to the required `outputs`.
+    /// Adds the equilibria at a load of zero and under each of its values, in this order, to the required `outputs`.
     fn require(&self, outputs: &mut Requirements) {
         let loads = std::iter::once(0.0).chain(self.curve.iter().map(|own| own.load));
         let case = |value| LoadCase { load: self.load, value, point: self.point };
         outputs.load_cases.extend(loads.map(case));
     }
 
-    /// Calls `each` with simulated less measured displacement, m, in the order of the loads; `simulated` has the
-    /// equilibria of this curve. An error for a point that is not on the rod.
+    /// Calls `each` with simulated less measured displacement, m, in the order of the loads. `simulated` has the
+    /// equilibria of this curve: the first one at a load of zero, from which displacements count. Nothing without
+    /// equilibria. An error for a point that is not on the rod.
     fn differences<D: GaugeScalar>(
         &self,
         simulated: &SimulatedOutput<D>,

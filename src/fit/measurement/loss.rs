@@ -3,10 +3,11 @@
 //! A loss `rho` replaces the square of a residual `r` in units of the noise. Least squares on the robust residuals
 //! `sign(r) sqrt(rho(r))` minimizes the sum of the losses, with any least-squares solver. [`Loss`] (squares, Huber,
 //! soft L1, Cauchy) computes the loss (`rho`), half its first and second derivative (`influence`), the robust residual
-//! (`robust`) and its inverse (`plain`). It also computes the noise of a sample (`spread`: root mean square; by median
-//! with a robust loss) and the `information` relative to normal noise. `scale` is the residual at which a loss departs
-//! from the square (infinite for squares); the scales are those of 95 % efficiency: standard errors of normal data are
-//! 2.6 % larger. [`WeightedLoss`] multiplies the residual by a leverage weight before the loss.
+//! (`robust`) and its inverse (`plain`). `spread` estimates the standard deviation of the noise of residuals: root mean
+//! square, or by the median with a robust loss. `information` is that of the residuals relative to normal noise.
+//! `scale` is the residual at which a loss departs from the square (infinite for squares); the scales are those of 95 %
+//! efficiency: standard errors of normal data are 2.6 % larger. [`WeightedLoss`] multiplies the residual by a leverage
+//! weight before the loss.
 
 use serde::{Deserialize, Serialize};
 use statrs::statistics::{Data, Median};
@@ -77,7 +78,7 @@ impl Loss {
     }
 
     /// The robust residual `sign(r) sqrt(rho(r))`, whose square is the loss of `r` in units of the noise, and its
-    /// derivative by `r`, `psi(r)` over it (1 at zero).
+    /// derivative by `r`: `psi(r)` (half the derivative of `rho`) over the robust residual, 1 at zero.
     pub fn robust(self, r: f64) -> [f64; 2] {
         if !self.is_robust() || r == 0.0 {
             return [r, 1.0];
@@ -119,11 +120,11 @@ impl Loss {
         DEVIATION_OF_MEDIAN * Data::new(sizes).median()
     }
 
-    /// The information of the residuals under this loss, relative to normal noise of standard deviation 1 under
-    /// squares. It is the inverse of the variance of an M-estimate (Huber 1981), `(mean psi')^2 f/(mean psi^2 K^2)`.
-    /// With `n` residuals and `p` fitted `unknowns`, `f = (n - p)/n` (at least `1/n`) and
-    /// `K = 1 + (p/n) var psi'/(mean psi')^2`. 1 for squares or without residuals, 0 if the mean psi' is not positive
-    /// or all residuals are zero.
+    /// The factor on the information (inverse covariance of the fitted unknowns) of these residuals, in units of their
+    /// noise, by this loss instead of squares and normal noise of variance 1. It is the inverse of the variance of an
+    /// M-estimate (Huber 1981), `(mean psi')^2 f/(mean psi^2 K^2)`. With `n` residuals and `p` fitted `unknowns`, `f =
+    /// (n - p)/n` (at least `1/n`) and `K = 1 + (p/n) var psi'/(mean psi')^2`. 1 for squares or without residuals, 0 if
+    /// the mean psi' is not positive or all residuals are zero.
     pub fn information(self, residuals: &[f64], unknowns: usize) -> f64 {
         if !self.is_robust() || residuals.is_empty() {
             return 1.0;

@@ -12,10 +12,9 @@
 //! simulated less measured value (`DataKind::differences`), of which `fit::misfit` makes residuals.
 //!
 //! Functions of [`Measurement`] for any kind: `sigma` (`None` if it is to be estimated) and `sigmas` are standard
-//! deviations, `unit` is that of the values, `data_unit` that in which they were given. `held_out` and `planned` state
-//! the use, `dropped` the rows of the file that were left out, `label` the name. `observation` and `load_curve` return
-//! data of one kind, `None` for others. `add_residuals` adds residuals, times the standard deviations, to the values in
-//! place.
+//! deviations, `unit` is that of the values, `data_unit` that in which they were given and reports display them.
+//! `held_out` (validation data) and `planned` (no values yet) state the use. `motion`, `observation`, `shape`,
+//! `frequencies`, `load_curve` and `buckling` return data of one kind, `None` for others.
 
 pub(crate) mod buckling;
 pub(crate) mod camera_needs;
@@ -226,9 +225,9 @@ impl Measurement {
         self.data.sigmas(&self.header, sigma)
     }
 
-    /// Adds to every value its residual times its standard deviation, in place. The latter is `sigma`, in the place of
-    /// that of the header, times the factor of the value in the header, if any. `residuals` are in the order of the
-    /// values.
+    /// Adds to every value its residual times its standard deviation, in place, for synthetic data. The standard
+    /// deviation is `sigma`, in the place of that of the header, times the factor of the value in the header, if any.
+    /// `residuals` are in the order of the values.
     pub(crate) fn add_residuals(&mut self, residuals: &[f64], sigma: f64) {
         // A residual is in units of the standard deviation of its own value, which may differ by factors.
         let sigmas = self.sigmas(sigma);

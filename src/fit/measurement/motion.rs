@@ -1,18 +1,16 @@
 //! Recorded motions: positions of a point of the rod, or of a marker beside it, over time.
 //!
-//! Input: a CSV table or a file of a tracking program, converted to s and m, or a plan (duration and frame rate). Input
-//! may also be the markers of the scene's own recording that prescribe neither an end nor an inner node; of a
-//! structure, those that have a point. Output: [`Observation`], a data set whose differences in a fit are simulated
-//! less observed coordinate of the point, m, as the camera of the scene records it. Coordinates that were not observed
-//! are None and have no difference. Times are on the recording's clock, s, and must increase. Files that cannot be
-//! read, points that are not on the rod, and times after the end of the simulation are errors. Late times are allowed
-//! if the camera's clock has an offset, given or unknown. [`PointMotion`] also has the spread, the largest speed and
-//! the rise time (about half the first period), from which a search chooses horizons and steps.
+//! Input: a CSV table or a file of a tracking program, converted to s and m (`read`, `read_as`, `read_markers`), or a
+//! plan of duration and frame rate (`planned`). `of_free_markers` takes the markers of the scene's own recording that
+//! prescribe neither an end nor an inner node, or of a structure's recording those that have a point. Output:
+//! [`Observation`], a data set whose differences in a fit are simulated less observed coordinate of the point, m, as
+//! the camera of the scene records it. Coordinates that were not observed are `None` and have no difference. The point
+//! is the tip unless `at` or `of_structure` sets another one; `offset` sets the position of a marker beside it.
 //!
-//! `read`, `read_as` and `read_markers` (several markers, each at its point) read files, `planned` makes a plan, and
-//! `of_free_markers` takes markers of the recording that prescribes the ends. An observation is that of the tip unless
-//! `at` or `of_structure` sets another point, and `offset` that of a marker beside it. `stencil` are nodes and weights
-//! of the point.
+//! Times are on the recording's clock, s, and must increase. Files that cannot be read, points that are not on the rod,
+//! and times after the end of the simulation are errors. Late times are allowed if the camera's clock has an offset,
+//! given or unknown. [`PointMotion`] also has the spread, the largest speed and the rise time (about half the first
+//! period), from which a search chooses how much of the record it fits first, and time steps.
 
 use crate::error::{Error, ensure};
 use crate::fit::measurement::dataset::{Abscissa, DataKind, Dataset, Header, ValidationContext};
@@ -99,8 +97,8 @@ impl Observation {
         Self { header: Header::in_meters(), data: PointMotion::new(samples) }
     }
 
-    /// A planned recording of the tip for the `duration`, s, at `rate` frames per second, in all three coordinates,
-    /// from the start of the simulation on. Times are `k/rate`, both ends included; positions are zeros as
+    /// A planned recording of the tip at `rate` frames per second, in all three coordinates, from the start of the
+    /// simulation on. Times are `k/rate` from 0 to the last one within the `duration`, s; positions are zeros as
     /// placeholders. [`Fit::design`](crate::Fit::design) computes its expected uncertainty.
     ///
     /// # Errors
@@ -122,13 +120,14 @@ impl Observation {
     }
 
     /// The free markers of the recording that prescribes the ends in `problem`: those that prescribe neither an end nor
-    /// an inner node. One observation each, at its node, at every `every`-th frame with a position up to the end of the
-    /// simulation. The first two frames, from which a recorded start begins, are left out, with `Glitches::Mask` also
-    /// frames with glitches. Markers without positions are left out.
+    /// an inner node. One observation each, at its node, with every `every`-th frame from the third one to the end of
+    /// the simulation. The first two frames are left out, as a recorded start begins from them. So are frames without a
+    /// position of the marker, and with `Glitches::Mask` also frames with glitches and their neighbors. Markers without
+    /// positions are left out. For a structure they are the markers that are assigned to its points.
     ///
     /// # Errors
     ///
-    /// A scene without a recording or without free markers, and `every` = 0.
+    /// A scene without a recording or without free markers with positions, `every` = 0, and a scene without time.
     pub fn of_free_markers(
         problem: &Problem,
         every: usize,
@@ -251,7 +250,7 @@ impl Observation {
     }
 
     /// Reads several markers of a file, by their names, each at its point of the rod; one observation each, in the
-    /// order of the names.
+    /// alphabetical order of the names.
     ///
     /// # Errors
     ///
@@ -340,8 +339,8 @@ impl PointMotion {
         (sum / f64::max(count, 1.0)).sqrt()
     }
 
-    /// The largest speed from one sample to the next, m/s, along the coordinates that both have; zero with fewer than
-    /// two samples.
+    /// The largest mean speed between two neighboring samples, m/s, by the coordinates that both have; zero with fewer
+    /// than two samples.
     pub(crate) fn largest_speed(&self) -> f64 {
         let speed = |pair: &[Sample]| {
             let both = pair[0].position.iter().zip(pair[1].position);
@@ -352,11 +351,11 @@ impl PointMotion {
         self.samples.windows(2).map(speed).fold(0.0, f64::max)
     }
 
-    /// Time, s, of the first sample at [`RISEN`] of the first swing: about half a period of a free vibration. The swing
-    /// is the largest distance in it from the first observed value of each coordinate, by samples with all coordinates
-    /// of the record. The first swing ends where the distance falls below [`RETURN`] of its maximum so far, if this is
-    /// at least [`SWING`] of the largest in the record. In space the largest may come much later, when sideways motion
-    /// has built up. Zero without samples.
+    /// Time, s, of the first sample at [`RISEN`] times the size of the first swing: about half a period of a free
+    /// vibration. Distances are from the first observed value of each coordinate. The swing grows with the distance of
+    /// the samples that have all coordinates of the record; its size is the largest one. It ends where the distance
+    /// falls below [`RETURN`] of its size so far, if this is at least [`SWING`] of the largest distance in the record.
+    /// In space the largest may come much later, when sideways motion has built up. Zero without samples.
     pub(crate) fn rise_time(&self) -> f64 {
         // Each coordinate starts at its first observed value.
         let first: [Option<f64>; 3] =
@@ -500,8 +499,8 @@ impl DataKind for PointMotion {
         self.samples.retain(|s| s.time <= horizon);
     }
 
-    /// Adds to the required `outputs` the motion of the point, that a marker is beside it (offset not zero), the time of the
-    /// last sample, and the range of the recorded coordinates.
+    /// Adds to the required `outputs` the motion of the point, whether a marker is beside it (offset not zero), the
+    /// time of the last sample, and the range of the recorded coordinates.
     fn require(&self, outputs: &mut Requirements) {
         match &self.place {
             Some(place) => outputs.moving_places.push(place.clone()),

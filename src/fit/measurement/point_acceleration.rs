@@ -1,10 +1,11 @@
 //! Acceleration less gravity of a point of the rod along an axis that is fixed to the rod, as an accelerometer measures
 //! it.
 //!
-//! Input: the point, the axis in the directors of the rod, and the recorded motion of nodes and directors around the
-//! point. Output of [`accelerations`]: the component at every recorded time, m/s^2: the derivative of the recorded
-//! velocities by a parabola through three times, of second order, less gravity. Errors are a point outside the rod, and
-//! nodes or edges that are not recorded.
+//! Input: the point, the direction of the axis along tangent, first and second director of the rod, and the recorded
+//! motion of nodes and directors around the point. Output of [`accelerations`]: the component at every recorded time,
+//! m/s^2. The acceleration is the derivative of the recorded velocities by a parabola through three times, of second
+//! order; gravity is subtracted. A single recorded time has the acceleration zero. Errors are a point outside the rod,
+//! and nodes or edges that are not recorded.
 
 use crate::dynamics::record::RecordView;
 use crate::error::Error;
@@ -14,8 +15,9 @@ use crate::numerics::vector::{dot, sub};
 use crate::scene::marker::MarkerStencil;
 use crate::scene::{Point, Stencil};
 
-/// The component of acceleration less gravity, m/s^2, of a `point` at every time of a record along `direction`, which is
-/// fixed to the rod: numbers along tangent, first and second director. Error: a point outside the rod or not recorded.
+/// The component along `direction` of acceleration less gravity, m/s^2, of a `point`, one number per time of a record.
+/// `direction` is a unit vector along tangent, first and second director, and turns with the rod. Error: a point
+/// outside the rod or not recorded.
 pub(super) fn accelerations<D: Scalar>(
     point: Point,
     direction: [f64; 3],

@@ -1,9 +1,9 @@
 //! Angle of the tangent at a point of the rod, about an axis that is fixed in the world.
 //!
-//! Input: the point, the direction of the angle zero and the axis, and the recorded motion of the nodes around the point.
-//! Output of [`angles`]: the angle at every recorded time, rad. The tangent is the sum of the directions of the edges
-//! around the point, with the cubic weights of a marker there. Errors are a point outside the rod, nodes that are not
-//! recorded, and a tangent along the axis.
+//! Input: the point, the direction of the angle zero and the axis, and the recorded motion of the nodes around the
+//! point. Output of [`angles`]: the angle at every recorded time, rad. The tangent is the sum of the directions of the
+//! edges around the point, with the cubic weights of a marker there. Errors are a point outside the rod, nodes that are
+//! not recorded, and a tangent along the axis.
 
 use crate::dynamics::record::RecordView;
 use crate::error::Error;
@@ -13,8 +13,9 @@ use crate::numerics::vector::{combine, cross, dot, sub, unit};
 use crate::scene::marker::MarkerStencil;
 use crate::scene::{Point, Stencil};
 
-/// The angle of the tangent at every time of a record, rad, in (-pi, pi], from the direction `from` about the axis
-/// `about`. Error: a tangent along that axis.
+/// The angle of the tangent at every time of a record, rad, in (-pi, pi], from the unit vector `from` about the unit
+/// vector `about`, normal to it: `atan2(t . (about x from), t . from)` of the tangent `t`. Error: a tangent along
+/// `about`, and a point outside the rod or not recorded.
 pub(super) fn angles<D: Scalar>(
     point: Point,
     [from, about]: [[f64; 3]; 2],

@@ -9,9 +9,9 @@
 //! rod parallel to its axis at an offset across it: the strain of the axis less the product of offset and bending.
 //!
 //! `values` returns the component, `require` adds its point to the outputs that a simulation records. `check` rejects a
-//! point outside the rod, acceleration at rest, an angle about an axis in the plane of a planar motion, and a curvature
-//! across this plane. `rotated` turns the axes by a rotation vector, rad. `name`, `unit` and `is_angle` (values that
-//! differ by whole turns are equal) describe the component.
+//! point outside the rod, acceleration at rest, an angle about an axis in the plane of a planar motion, a curvature
+//! across this plane, and a direction of curvature or offset of a strain that is not across the rod. `rotated` turns
+//! the axes by a rotation vector, rad.
 
 use crate::dynamics::record::RecordView;
 use crate::error::{Error, ensure};
@@ -24,7 +24,8 @@ use crate::numerics::vector::{cross, dot, rotate};
 use crate::problem::Problem;
 use crate::scene::Point;
 
-/// Smallest component of the axis of an angle along the normal of a planar motion: below it the angle is not defined.
+/// Smallest component along the normal of a planar motion of the axis of an angle, and smallest component in the plane
+/// of the direction of a curvature: below it they are not defined.
 const LEAST_NORMAL: f64 = 0.1;
 
 /// Largest component along the tangent of a direction across the rod, over its length: rounding errors only.
@@ -40,7 +41,7 @@ pub enum PointQuantity {
         /// Direction of this axis, a unit vector along tangent, first and second director of the rod.
         direction: [f64; 3],
     },
-    /// Angle of the tangent from one direction to another, rad.
+    /// Angle of the tangent, rad, from the direction `from` about the axis `about`.
     Angle {
         /// Direction in the world of the angle zero, a unit vector.
         from: [f64; 3],
@@ -195,8 +196,8 @@ impl PointChannel {
         }
     }
 
-    /// Adds the point to the required `outputs`: for an acceleration its motion and axes; for an angle its tangent, and
-    /// for curvature and strain its strains, in motion if `moves` and at rest if `rests`.
+    /// Adds the point to the required `outputs`: for an acceleration its motion and axes, always in motion; for an
+    /// angle its tangent, and for curvature and strain its strains, in motion if `moves` and at rest if `rests`.
     pub(crate) fn require(&self, moves: bool, rests: bool, outputs: &mut Requirements) {
         let [moving, resting] = match self.quantity {
             PointQuantity::Acceleration { .. } => {
@@ -219,8 +220,8 @@ impl PointChannel {
         }
     }
 
-    /// The quantity, m/s^2, rad, 1/m or part of the length, at every time of a record of the `simulated` rod. Error: a
-    /// point outside the rod or not recorded, or an angle about the tangent.
+    /// The quantity, m/s^2, rad, 1/m or part of the length, one value per time of a record of the `simulated` rod.
+    /// Error: a point outside the rod or not recorded, or an angle about the tangent.
     pub(crate) fn values<D: Scalar>(
         &self,
         record: &RecordView<'_, D>,

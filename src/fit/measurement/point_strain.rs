@@ -1,11 +1,12 @@
 //! Curvature and strain at a point of the rod, from the recorded nodes and axes of edges around it.
 //!
 //! Input: the point, and the edges and joints of the rod without load (`reference_strains`). [`PointStrain`] has those
-//! around the point with cubic (Lagrange) weights by arc length, beyond the outermost ones extrapolated. Output at a
-//! record: `bending` along both material directors, 1/m, the integrated curvature `2 tan(phi/2)` of each joint less the
-//! stress-free one, over the length that bends in the joint; `curvature`, the same plus the stress-free curvature; and
-//! `stretch`, the change of length of each edge over the length that stretches in it. Lengths are those without load,
-//! as in the strains of the model. Errors are a point outside the rod, and nodes or edges that are not recorded.
+//! around the point with cubic (Lagrange) weights by arc length, beyond the outermost ones extrapolated. Output at the
+//! recorded time with the index `k`: `bending` along both material directors, 1/m, the integrated curvature `2
+//! tan(phi/2)` of each joint less the stress-free one, over the length that bends in the joint; `curvature`, the same
+//! plus the stress-free curvature; and `stretch`, the change of length of each edge over the length that stretches in
+//! it. Lengths are those without load, as in the strains of the model. Errors are a point outside the rod, and nodes or
+//! edges that are not recorded.
 
 use crate::dynamics::record::RecordView;
 use crate::error::Error;
@@ -28,8 +29,8 @@ pub(super) struct PointStrain<'a, D> {
 }
 
 impl<'a, D: Scalar> PointStrain<'a, D> {
-    /// Joints and edges around a `point` of the `simulated` rod. Without the strains of the rod without load there are
-    /// none. An error for a point outside the rod.
+    /// The joints and edges around a `point` of the `simulated` rod, with their weights there. If `simulated` has no
+    /// reference strains there are none, and all strains are zero. An error for a point outside the rod.
     pub fn new(point: Point, simulated: &SimulatedOutput<'a, D>) -> Result<Self, Error> {
         let place = point.fixed().place(simulated.mesh)?;
         let Some(reference) = simulated.reference_strains else {
@@ -47,7 +48,8 @@ impl<'a, D: Scalar> PointStrain<'a, D> {
         })
     }
 
-    /// Curvature along both material directors at record `k`, 1/m, positive if the rod bends towards the director.
+    /// Curvature along both material directors at the recorded time with the index `k`, 1/m, positive if the rod bends
+    /// towards the director. Error: a joint that is not recorded.
     pub fn curvature(&self, record: &RecordView<'_, D>, k: usize) -> Result<[D; 2], Error> {
         let mut sum = self.bending(record, k)?;
         for Weighted { part: joint, weight } in &self.joints {
@@ -58,7 +60,8 @@ impl<'a, D: Scalar> PointStrain<'a, D> {
         Ok(sum)
     }
 
-    /// Curvature at record `k` less the stress-free curvature, 1/m, along both material directors.
+    /// Curvature at the recorded time with the index `k` less the stress-free curvature, 1/m, along both material
+    /// directors. Error: a joint that is not recorded.
     pub fn bending(&self, record: &RecordView<'_, D>, k: usize) -> Result<[D; 2], Error> {
         let mut sum = [D::from(0.0); 2];
         for Weighted { part: joint, weight } in &self.joints {
@@ -71,7 +74,8 @@ impl<'a, D: Scalar> PointStrain<'a, D> {
         Ok(sum)
     }
 
-    /// Strain of the axis at record `k`.
+    /// Strain of the axis (change of length over the length without load) at the recorded time with the index `k`.
+    /// Error: an edge that is not recorded.
     pub fn stretch(&self, record: &RecordView<'_, D>, k: usize) -> Result<D, Error> {
         let mut sum = D::from(0.0);
         for Weighted { part: edge, weight } in &self.edges {

@@ -1,6 +1,6 @@
 //! A reading of a gauge or of a sensor (value, and time in s, none at rest), and the typical size of a list of readings
-//! ([`spread_or_size`]). The latter is their root mean square about their mean, in their unit. A single reading, readings
-//! at rest, and readings that are all equal have the magnitude of their mean; an empty list has zero.
+//! ([`spread_or_size`]). The latter is their root mean square about their mean, in their unit. A single reading,
+//! readings at rest, and readings that are all equal have the magnitude of their mean; an empty list has zero.
 
 /// A reading of a gauge or of a sensor: a value, with its time in a motion.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -85,9 +85,10 @@ impl Sensor {
 }
 
 impl SensorReadings {
-    /// The output of the sensor, without tare, at all recorded times of a motion: the component, filtered if the sensor
-    /// has a filter. The filter is exact for a component that is linear between the steps, and starts at the first
-    /// value. Angles are continuous. Error: a point outside the rod.
+    /// The output of the sensor, without tare, at all recorded times of a motion: the component, filtered by
+    /// `dy/dt = 2 pi f (u - y)` if the sensor has a filter with the cutoff frequency `f`. The filter is exact for a
+    /// component `u` that is linear between the steps, and starts at the first value. Angles are continued without
+    /// jumps of whole turns. Error: a point outside the rod or not recorded.
     fn output<D: Scalar>(
         &self,
         record: &RecordView<'_, D>,
@@ -132,7 +133,7 @@ impl DataKind for SensorReadings {
         "observation"
     }
 
-    /// The file and the name of the component; without a file that of the header.
+    /// The file, or the name of the header without a file, followed by the name of the component.
     fn label(&self, header: &Header) -> String {
         header.component_label(self.channel.name())
     }
@@ -184,8 +185,8 @@ impl DataKind for SensorReadings {
         check_readings(&self.readings, context)
     }
 
-    /// Adds the reactions or the point to the required `outputs`: in motion, with the time of the last reading, or at
-    /// rest.
+    /// Adds the reactions or the point of the channel to the required `outputs`: in motion, with the time of the last
+    /// reading, if any reading has a time, and at rest if any has none.
     fn require(&self, outputs: &mut Requirements) {
         let last = self.readings.iter().filter_map(|r| r.time).reduce(f64::max);
         let rests = self.readings.iter().any(|r| r.time.is_none());
@@ -195,9 +196,11 @@ impl DataKind for SensorReadings {
         self.channel.require(last.is_some(), rests, outputs);
     }
 
-    /// Calls `each` with simulated plus tare less measured value, in the order of the readings and in their unit;
-    /// differences of angles are those without whole turns. Readings whose kind of simulation (motion or rest) is
-    /// absent are skipped. An error for times after the end, and a point outside the rod.
+    /// Calls `each` with simulated plus tare less measured value, in the order of the readings and in their unit. A
+    /// free tare is the constant that makes the mean of these differences zero. Differences of angles are continuous,
+    /// with the whole turns for which their median is nearest to that of an exact model (minus a known tare, or zero).
+    /// Readings whose kind of simulation (motion or rest) is absent are skipped. An error for times after the end, and
+    /// a point outside the rod.
     fn differences<D: GaugeScalar>(
         &self,
         simulated: &SimulatedOutput<D>,

@@ -51,14 +51,15 @@ pub struct Channel {
 }
 
 impl Channel {
-    /// The component along axis `axis` (0 to 2) of the world.
+    /// The component along axis `axis` (0 to 2 for x, y and z) of the world of the force or moment of the support at
+    /// the end `of`.
     pub fn along_world(of: End, part: ReactionPart, axis: usize) -> Self {
         let direction = std::array::from_fn(|c| f64::from(u8::from(c == axis)));
         Self { of, part, axis, direction }
     }
 
-    /// The component along the axis turned by the rotation vector `rotation`, rad, in the world, as of a sensor with a
-    /// rotated frame.
+    /// The component along its axis turned by the rotation vector `rotation`, rad, in the world, as of a sensor whose
+    /// frame is not that of the world.
     pub fn rotated(self, rotation: [f64; 3]) -> Self {
         Self { direction: rotate(rotation, self.direction), ..self }
     }
@@ -169,7 +170,8 @@ impl SensorChannel {
         matches!(self, Self::Point(channel) if channel.is_angle())
     }
 
-    /// The component at every time of a record of the `simulated` rod. Errors are those of [`PointChannel::values`].
+    /// The component, N, N m, m/s^2, rad, 1/m or part of the length, one value per time of a record of the `simulated`
+    /// rod. Errors are those of [`PointChannel::values`]; none for a support.
     pub(crate) fn values<D: Scalar>(
         &self,
         record: &RecordView<'_, D>,

@@ -54,8 +54,8 @@ impl SensorQuantity {
         }
     }
 
-    /// Names of the columns of the components without a prefix of the end, empty for a component that the quantity does
-    /// not have, and the units.
+    /// Alternative names of the columns of the three components, without a prefix of the end, and the allowed units
+    /// with their factors to the SI unit. A name is empty for a component that the quantity does not have.
     fn columns(self) -> (Vec<[String; 3]>, &'static [(&'static str, f64)]) {
         let by_axis = |letter: &str, ending: &str| {
             ["x", "y", "z"].map(|axis| format!("{letter}{axis}{ending}"))
@@ -208,7 +208,8 @@ impl SensorTable<'_> {
 }
 
 impl TableClock {
-    /// The time of a `row`, s, after the `start`, which is in the unit of the clock. An error for a blank.
+    /// The time of a `row`, s: its clock reading less `start`, both in the unit of the clock, times this unit. An error
+    /// for a blank.
     fn time(self, table: &Table, row: &TableRow, start: f64) -> Result<f64, Error> {
         let reading = row.values[self.column]
             .ok_or_else(|| table.error(row.line, "found a blank time, allowed: a number"))?;

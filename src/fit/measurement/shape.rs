@@ -10,9 +10,9 @@
 //! or nodes are required.
 //!
 //! `new` takes positions of points, `center_line` positions in order along the rod without arc lengths; `read` and
-//! `read_as` read files, `planned` makes a plan. `with_approximate_points` returns the positions with arc lengths,
-//! unknown ones by sums of chords. `normal_offsets` are the signed distances, m, of a centerline with two coordinates
-//! from the simulated one.
+//! `read_as` read files, `planned` makes a plan. Unknown arc lengths are approximated by sums of chords
+//! (`with_approximate_points`). `normal_offsets` are the signed distances, m, of the points of a centerline with two
+//! coordinates from the simulated one, for statistics along the rod.
 
 use crate::error::{Error, ensure};
 use crate::fit::measurement::dataset::{Abscissa, DataKind, Dataset, Header, ValidationContext};
@@ -82,8 +82,8 @@ impl Sighting {
         Self { offset, ..self }
     }
 
-    /// The arc length of the point from the wall, m; 0 for points that are given as a node or the tip, whatever their
-    /// place.
+    /// The arc length of the point from the wall, m; 0 for points that are given as a node or the tip, wherever they
+    /// are.
     fn arc_length(&self) -> f64 {
         if let Point::ArcLength(s) = self.point { s } else { 0.0 }
     }
@@ -121,7 +121,7 @@ impl RestShape {
         line
     }
 
-    /// A planned shape of points at these arc lengths from the wall, m, in all three coordinates, with zeros as
+    /// A planned shape of points at the arc lengths `at` from the wall, m, in all three coordinates, with zeros as
     /// placeholders for the positions.
     pub fn planned(at: &[f64]) -> Self {
         let sighting = |s: &f64| Sighting::new(Point::ArcLength(*s), [Some(0.0); 3]);
@@ -130,10 +130,10 @@ impl RestShape {
         planned
     }
 
-    /// Reads a CSV file with the column `s` (arc length from the wall, m or in the unit of its
-    /// header) or `node` (index), and at least one of x, y, z as in [`Recording`]s. The columns `offset_t`, `offset_d1`
-    /// and `offset_d2` are the [offsets](Sighting::offset) of markers, zero where blank. Without `s` and `node` the rows
-    /// are points of the [centerline](Self::center_line) in their order along the rod.
+    /// Reads a CSV file with the column `s` (arc length from the wall, m or in the unit of its header) or `node`
+    /// (index), and at least one of x, y, z as in [`Recording`]s. The columns `offset_t`, `offset_d1` and `offset_d2`
+    /// are the [offsets](Sighting::offset) of markers, zero where blank. Without `s` and `node` the rows are points of
+    /// the [centerline](Self::center_line) in their order along the rod.
     ///
     /// # Errors
     ///
@@ -154,8 +154,8 @@ impl RestShape {
 
     /// Reads a CSV file, with the scale, origin and axes of `recording`; the errors have the path and the line. Rows
     /// without coordinates (for centerlines: with fewer than two) are dropped and counted. An error for columns that
-    /// are missing or unknown, a value that is not finite, no row, or with fewer than [`LEAST_OF_A_LINE`] points of a
-    /// centerline.
+    /// are missing or unknown, a value that is not finite, no remaining row, and fewer than [`LEAST_OF_A_LINE`]
+    /// remaining points of a centerline.
     fn read_file(path: &Path, recording: &Recording) -> Result<Self, marker_files::Error> {
         // Columns are checked before the rows, so that a wrong header has one error.
         let bytes = marker_files::file::data(path)?;
@@ -232,9 +232,10 @@ impl EquilibriumShape {
         Some(StructurePoint::on_rod(self.rod.clone()?, at))
     }
 
-    /// The observed positions with points of the rod, in their order. Unknown arc lengths are approximated by the sum
-    /// of the chords from the wall, along the list from the end that is nearer to the wall, at most the length of the
-    /// rod. Known ones stay.
+    /// The observed positions with points of the rod, in their order. Unknown arc lengths are approximated: the
+    /// distance of the first or last point, whichever is nearer to the wall, from the wall, plus the sum of the chords
+    /// from this point on, at most the length of the rod. Known ones stay. The input must be the positions as given,
+    /// without arc lengths from an earlier call.
     pub(crate) fn with_approximate_points(&self, problem: &Problem) -> Vec<Sighting> {
         if !self.arc_lengths_fitted {
             return self.sightings.clone();
@@ -254,8 +255,9 @@ impl EquilibriumShape {
 
     /// For each point of a centerline with exactly two observed coordinates per point: its approximate arc length, m,
     /// and its signed distance from the simulated line. `residuals` are those of the coordinates, point by point, whose
-    /// unit the distances have. The sign is that of the side of the line, whose direction is that between the
-    /// neighbors. Empty with other numbers of coordinates, as in space, where offsets have no sign.
+    /// unit the distances have. The distance is positive if the residual points to the left of the line through the
+    /// neighboring observed points, in the order of the points and coordinates. Empty if any point has another number
+    /// of coordinates, as in space, where offsets have no sign.
     pub(crate) fn normal_offsets(&self, problem: &Problem, residuals: &[f64]) -> Vec<[f64; 2]> {
         let in_plane = |s: &Sighting| -> Option<[f64; 2]> {
             let values: Vec<f64> = s.position.iter().flatten().copied().collect();
@@ -382,8 +384,8 @@ impl DataKind for EquilibriumShape {
         self.sightings = self.with_approximate_points(problem);
     }
 
-    /// Adds the points at rest to the required `outputs`, and those with a marker beside them. Of a structure they are
-    /// places. If the arc lengths are unknown, all nodes at rest are required.
+    /// Adds the points to the required `outputs` at rest, and those with a marker beside them. For a structure they are
+    /// added as points of its rod. If the arc lengths are unknown, all nodes at rest are required instead.
     fn require(&self, outputs: &mut Requirements) {
         match self.arc_lengths_fitted {
             _ if self.rod.is_some() => outputs
@@ -399,9 +401,9 @@ impl DataKind for EquilibriumShape {
     }
 
     /// Calls `each` with simulated less observed coordinate, m, point by point, observed coordinates only. For unknown
-    /// arc lengths it is that of the offset from the observed point to the foot of its perpendicular. The foot is on
-    /// the cubic curve through the nodes (`NodeCurve`). Positions are those that the camera records. Nothing without a
-    /// simulated equilibrium. An error for a point that is not on the rod.
+    /// arc lengths these are the coordinates of the vector from the observed point to the foot of its perpendicular on
+    /// the cubic curve through the simulated nodes (`NodeCurve`). Positions are those that the camera records. Nothing
+    /// without a simulated equilibrium. An error for a point that is not on the rod.
     fn differences<D: GaugeScalar>(
         &self,
         simulated: &SimulatedOutput<D>,

@@ -1,9 +1,9 @@
 //! Columns of a table of measured points of a rod at rest: which point each row is, and the offset of its marker.
 //!
-//! Input: a table with lower-case names of columns, and its rows. Output: [`PointColumn`] returns the point of a row, an
-//! arc length (m) or a node. [`OffsetColumns`] returns the offset (m) of its marker along the tangent and both material
-//! directors. Errors are units that are no lengths, blank points, nodes that are no indices, and columns that exclude
-//! each other.
+//! Input: a table with lower-case names of columns, and its rows. Output: [`PointColumn`] returns the point of a row,
+//! an arc length (m) or a node. [`OffsetColumns`] returns the offset (m) of its marker along the tangent and both
+//! material directors. Errors are units that are no lengths, blank points, nodes that are no indices, and columns that
+//! exclude each other.
 
 use crate::scene::Point;
 use marker_files::table::{LENGTHS, Table, TableRow};

@@ -3,15 +3,13 @@
 //! [`Requirements`] lists the outputs that the measurements of an experiment require, so that a simulation computes no
 //! others. These are points, tangents and strains in motion and at rest (of a rod or a structure), reactions of
 //! supports, modes, load cases and critical loads. The last times, s, on the clocks of the camera and of the motion
-//! belong to them. `has_motion` and `is_at_rest` return whether a motion, and whether the equilibrium under the loads
-//! of the scene, is required; `has_strains` concerns curvatures and strains. [`SimulatedOutput`] has the computed ones
-//! over a scalar type with derivatives: motion and equilibrium (None if not required), and angular frequencies of the
-//! required modes, rad/s. Equilibria of the load cases and critical loads, N or N m, follow. It also has camera, scene,
-//! mesh and the strains without load. Each kind of data subtracts its values from these; [`SimulatedOutput::compare`]
-//! does so for the observed coordinates of a position, m.
+//! belong to them. `has_motion` returns whether the motion, `is_at_rest` whether the equilibrium under the loads of the
+//! scene, and `has_strains` whether curvatures or strains are required.
 //!
-//! `LoadCase` is an equilibrium under another value of one load, `BucklingCase` a load whose critical value is
-//! required.
+//! [`SimulatedOutput`] has the computed outputs over a scalar type with derivatives: motion and equilibrium (`None` if
+//! not required), angular frequencies of the required modes, rad/s, equilibria of the load cases, and critical loads, N
+//! or N m. It also has camera, scene, mesh and the strains without load. Each kind of data subtracts its values from
+//! these; [`SimulatedOutput::compare`] does so for the observed coordinates of a position, m.
 
 use crate::dynamics::record::RecordView;
 use crate::fit::misfit::camera::View;
@@ -77,11 +75,11 @@ pub struct Requirements {
     pub load_cases: Vec<LoadCase>,
     /// Loads with a measured critical value.
     pub buckling_cases: Vec<BucklingCase>,
-    /// Time of the last sample on the clock of the camera, s.
+    /// Time of the last sample of a recorded motion on the clock of the camera, s.
     pub last_recorded: f64,
     /// Smallest and largest recorded coordinates of the motions, m; none along a coordinate that was never observed.
     pub recorded_range: [Option<[f64; 2]>; 3],
-    /// Time of the last sample on the clock of the motion, s.
+    /// Time of the last reading of a gauge or sensor on the clock of the motion, s.
     pub last_read: f64,
 }
 
@@ -133,7 +131,7 @@ pub struct SimulatedOutput<'a, D> {
 
 impl<D: Scalar> SimulatedOutput<'_, D> {
     /// Calls `each` with simulated less observed value, m, in the order x, y, z, of every observed coordinate. The
-    /// simulated one is that of the world `position`, m, as the camera records it.
+    /// simulated value is that of the world `position`, m, as the camera records it, lens distortion included.
     pub(crate) fn compare(
         &self,
         position: [D; 3],

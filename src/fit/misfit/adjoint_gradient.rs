@@ -2,13 +2,14 @@
 //!
 //! The motion is run once forward. The derivative of the misfit by every recorded position is the source term of the
 //! adjoint (reverse) equations. They yield the derivatives by all parameters of the motion. Parameters of camera,
-//! supports and arc lengths also act on the observations at a fixed motion; this part is added by dual numbers. With it
-//! a gradient costs about 2.5 runs for any number of unknowns (Cao, Li, Petzold and Serban 2003), forward sensitivities
-//! cost more with every unknown. So it is used above [`MOST_FORWARD_UNKNOWNS`] unknowns, for recorded motions of the
-//! centerline of one rod only, where reverse equations exist, and only if all experiments allow it.
-//! `has_adjoint_gradient` returns whether this experiment does. Output of `adjoint_gradient`: [`ExperimentGradient`]
-//! for argmin's gradient solvers: plain residuals in units of sigma, whether time steps were halved, and the gradient
-//! on the scales of all unknowns of the fit (zero for other experiments'). The search itself uses Jacobians.
+//! supports and arc lengths also act on the observations at a fixed motion; this part is added by dual numbers. A
+//! gradient then costs about 2.5 runs for any number of unknowns (Cao, Li, Petzold and Serban 2003), while the cost of
+//! forward sensitivities grows with every unknown. So it is used above [`MOST_FORWARD_UNKNOWNS`] unknowns, only if all
+//! experiments allow it: with recorded motions of the centerline of one rod as the only measurements, and where reverse
+//! equations exist. `has_adjoint_gradient` returns whether this experiment does. Output of `adjoint_gradient`:
+//! [`ExperimentGradient`] for argmin's gradient solvers: plain residuals in units of sigma, whether time steps were
+//! halved, and the gradient on the scales of all unknowns of the fit (zero for those of other experiments). The search
+//! itself uses Jacobians.
 
 use crate::dynamics::Reversible;
 use crate::error::Error;
@@ -35,9 +36,9 @@ pub(super) struct ExperimentGradient {
 }
 
 impl ObservedExperiment {
-    /// Whether the adjoint computes the gradient of this experiment at less cost. There must be more than
-    /// [`MOST_FORWARD_UNKNOWNS`] unknowns, only recorded motions of points of the centerline of one rod as
-    /// measurements, and a motion for which reverse equations exist (`check_reversible`).
+    /// Whether the adjoint computes the gradient of this experiment at less cost than forward sensitivities. This
+    /// experiment must depend on more than [`MOST_FORWARD_UNKNOWNS`] unknowns, have only recorded motions of points of
+    /// the centerline of one rod as measurements, and a motion for which reverse equations exist (`check_reversible`).
     pub fn has_adjoint_gradient(&self) -> bool {
         let are_motions =
             self.series.iter().all(|series| matches!(series.data, MeasuredData::PointMotion(_)));

@@ -1,13 +1,13 @@
 //! First-order autocorrelated (AR(1)) noise on unevenly spaced samples.
 //!
 //! An autoregressive process of first order in continuous time (an Ornstein-Uhlenbeck process): values `dt` apart have
-//! the correlation `correlation^(dt/spacing)`, at most [`MAX_FACTOR`]; a negative correlation counts as 0. So gaps and
-//! uneven sampling need no special treatment. Its correlation matrix `R` and the root of its inverse are products of
-//! bidiagonal matrices: products with a vector take one or two passes over the values. Input: ascending times, their
-//! usual spacing (the median one, [`usual_spacing`]), and the correlation at it. [`Ar1Correlation`] applies `R`
-//! (`apply`), makes white innovations of correlated noise (`whiten`) and the reverse (`color`), both with the same
-//! standard deviation, and returns the `effective_sample_size` (of a mean). [`ar1_factor`] is the correlation of two
-//! values.
+//! the correlation `correlation^(dt/spacing)`; a negative correlation counts as 0. So gaps and uneven sampling need no
+//! special treatment. Neighbors have a correlation of at most [`MAX_FACTOR`]. The correlation matrix `R` and the root
+//! of its inverse are products of bidiagonal matrices: products with a vector take one or two passes over the values.
+//! Input: ascending times, their usual spacing (the median one, [`usual_spacing`]), and the correlation at it.
+//! [`Ar1Correlation`] applies `R` (`apply`), makes white innovations of correlated noise (`whiten`) and the reverse
+//! (`color`), both with the same standard deviation. It also returns the `effective_sample_size`, the number of
+//! independent values whose mean has the same variance. [`ar1_factor`] is the correlation of two values.
 
 use crate::numerics::upper_median;
 
@@ -58,8 +58,8 @@ impl Ar1Correlation {
         (0..values.len()).map(new).collect()
     }
 
-    /// Correlated noise of the same standard deviation from `white` noise: the inverse of [`whiten`](Self::whiten), one
-    /// value per value of the series.
+    /// Correlated noise from independent `white` values of the same standard deviation: the inverse of
+    /// [`whiten`](Self::whiten), `v_k = c_k v_(k-1) + sqrt(1 - c_k^2) white_k`, with one value per value of the series.
     pub fn color(&self, white: impl Iterator<Item = f64>) -> Vec<f64> {
         let mut last = 0.0;
         let next = |(new, kept): (f64, &f64)| {
@@ -78,7 +78,7 @@ impl Ar1Correlation {
 }
 
 /// Correlation of two values that are this many usual spacings apart: `correlation^|spacings|`, at most [`MAX_FACTOR`];
-/// 0 for a `correlation` that is not positive.
+/// 0 for a `correlation` that is not positive. `correlation` is that of values one usual spacing apart.
 pub(crate) fn ar1_factor(correlation: f64, spacings: f64) -> f64 {
     match correlation > 0.0 {
         true => correlation.powf(spacings.abs()).min(MAX_FACTOR),

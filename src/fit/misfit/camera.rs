@@ -1,11 +1,11 @@
 //! The camera model: recorded positions of points, positions without distortion, and times of the motion.
 //!
-//! [`View`] has the numbers of [`camera`](crate::scene::camera) of a scene, whose header has the equations, over a scalar
-//! type that may carry derivatives. Residuals compare the [undistorted](View::undistorted) observed position with the
-//! [recorded](View::recorded) position of the model, m, which is affine in the position in the world, and convert the
-//! difference to one in the [picture](View::distorted_difference). The model is taken
-//! at the [time](View::sample_time) at which the row of the observed point is read, s. [`View::pictured`] inverts the
-//! distortion, for curves over the data.
+//! [`View`] has the numbers of [`camera`](crate::scene::camera) of a scene, whose header has the equations, over a
+//! scalar type that may carry derivatives. Residuals compare the [undistorted](View::undistorted) observed position
+//! with the [recorded](View::recorded) position of the model, m, which is affine in the position in the world. They
+//! convert the difference to one in the [picture](View::distorted_difference). The position of the model is that at the
+//! [time](View::sample_time), s, at which the row of the observed point is read. [`View::pictured`] applies rotation,
+//! scale and distortion to a position of the model, for curves over the data.
 
 use crate::numerics::scalar::{Nestable, Scalar};
 use crate::numerics::vector::{Vector, add, dot, rotate, scale, sub};
@@ -48,9 +48,9 @@ struct Lens<D> {
 }
 
 impl<D: Nestable> View<D> {
-    /// The camera of a problem, with the wall of its rod (the `origin` of the first rod of a structure) as center and the
-    /// normal of its plane as axis. `seed` returns the scalar of a parameter from its value, with derivatives where the
-    /// parameter is an unknown.
+    /// The camera of a problem, with the wall of its rod (the `origin` of the first rod of a structure) as center and
+    /// the normal of its plane as axis. `seed` returns the scalar of a parameter from its value, with derivatives where
+    /// the parameter is an unknown.
     pub fn new(problem: &Problem, seed: impl Fn(Parameter, f64) -> D) -> Self {
         let (wall, scene) = problem.wall_over(seed);
         let camera = scene.camera;
@@ -73,15 +73,15 @@ impl<D: Nestable> View<D> {
 }
 
 impl<D: Scalar> View<D> {
-    /// The time of the motion, s, at `time`, s, on the clock of the recording, in the row of the clamp: `time - offset`, at
-    /// least zero, with derivatives by the offset if above zero, without any at zero.
+    /// The time of the motion, s, at `time`, s, on the clock of the recording, in the row of the clamp:
+    /// `time - offset`, at least zero, with derivatives by the offset if above zero, without any at zero.
     pub fn time(&self, time: f64) -> D {
         self.time_at_delay(time, D::from(0.0))
     }
 
-    /// The time of the motion, s, at which a point was recorded at the position `observed`, m, in the frame with the time
-    /// `time`, s, on the clock of the recording: [`time`](Self::time) with the delay of the row of that position. Coordinates
-    /// that were not observed have no delay.
+    /// The time of the motion, s, at which a point was recorded at the position `observed`, m, in the frame with the
+    /// time `time`, s, on the clock of the recording: [`time`](Self::time) with the delay of the row of that position.
+    /// Coordinates that were not observed have no delay.
     pub fn sample_time(&self, time: f64, observed: &[Option<f64>; 3]) -> D {
         let mut delay = D::from(0.0);
         if let Some(row_delay) = self.row_delay {
@@ -113,8 +113,8 @@ impl<D: Scalar> View<D> {
         }
     }
 
-    /// The coordinates of an `observed` position, m, as a lens without distortion would record them. Coordinates that were not
-    /// observed remain `None` and are taken as those of the optical center.
+    /// The coordinates of an `observed` position, m, as a lens without distortion would record them. Coordinates that
+    /// were not observed remain `None` and are taken as those of the optical center.
     pub fn undistorted(&self, observed: &[Option<f64>; 3]) -> [Option<D>; 3] {
         let Some(lens) = &self.lens else { return observed.map(|x| x.map(D::from)) };
         let radial = self.optical_arm(lens, observed);
@@ -122,9 +122,9 @@ impl<D: Scalar> View<D> {
         std::array::from_fn(|c| observed[c].map(|x| radial[c] * factor + x))
     }
 
-    /// A small `difference` from an [undistorted](Self::undistorted) position, m, as the lens records it: times the inverse
-    /// of the derivative of the undistorted by the recorded position, which is `observed`. The noise of an observed
-    /// position then has the same size for every distortion.
+    /// A small `difference` from an [undistorted](Self::undistorted) position, m, as the lens records it: times the
+    /// inverse of the derivative of the undistorted by the recorded position, which is `observed`. The noise of an
+    /// observed position then has the same size for every distortion.
     pub fn distorted_difference(
         &self,
         difference: Vector<D>,
@@ -146,15 +146,15 @@ impl<D: Scalar> View<D> {
         add(sub(difference, part), recorded)
     }
 
-    /// The vector from the optical center to an `observed` position, m, across the optical axis. Coordinates that were not
-    /// observed are taken as those of the optical center.
+    /// The vector from the optical center to an `observed` position, m, across the optical axis. Coordinates that were
+    /// not observed are taken as those of the optical center.
     fn optical_arm(&self, lens: &Lens<D>, observed: &[Option<f64>; 3]) -> Vector<D> {
         let zero = D::from(0.0);
         let arm = std::array::from_fn(|c| observed[c].map_or(zero, |x| -lens.center[c] + x));
         self.in_picture(arm)
     }
 
-    /// The part of a vector across the optical axis.
+    /// The part of a vector across the optical axis: the vector less its component along the axis.
     fn in_picture(&self, arm: Vector<D>) -> Vector<D> {
         let axis = self.axis.map(D::from);
         sub(arm, scale(axis, dot(axis, arm)))
@@ -185,8 +185,8 @@ impl View<f64> {
         }
     }
 
-    /// The latest time of the motion, s, at which a point within the `range` of recorded coordinates, m, is read in a frame at
-    /// `time`, s, on the clock of the recording. It may be negative.
+    /// The latest time of the motion, s, at which a point within the `range` of recorded coordinates, m, is read in a
+    /// frame at `time`, s, on the clock of the recording. It may be negative.
     pub fn latest_time(&self, time: f64, range: &[Option<[f64; 2]>; 3]) -> f64 {
         let clamp = add(self.centre, self.shift);
         let mut latest = time - self.time_offset;
@@ -198,7 +198,8 @@ impl View<f64> {
     }
 }
 
-/// Whether a coordinate is in the picture of the camera of a `problem`: not along its optical axis.
+/// Whether a coordinate is in the picture of the camera of a `problem`, so that lens distortion acts on it: its axis is
+/// not the optical axis, the normal of the problem's plane.
 pub(crate) fn is_in_picture(problem: &Problem, coordinate: usize) -> bool {
     problem.normal()[coordinate].abs() < ALONG_AXIS
 }

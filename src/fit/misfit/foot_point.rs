@@ -3,12 +3,12 @@
 //! Input: recorded positions of the nodes, m, with their arc lengths, an observed point `y`, and an approximate arc
 //! length. The arc length `s` of the foot satisfies `(x(s) - y).x'(s) = 0` in the observed coordinates, with cubic
 //! polynomials through the nodes. It is found by bisection between the two neighbors of the nearest node, among the
-//! nodes within [`SEARCH_RADIUS`] rod lengths of the approximate arc length. Without a sign change it is one of these
-//! two neighbors, and is then fixed. A foot follows the parameters: with `f(s, p)` for the left side,
-//! `ds/dp = -f_p/f_s`, which two Newton steps over a number with derivatives yield to second order. Output: the
-//! offset `x(s) - y`, m (along a coordinate not observed, that of the foot). It has no part along the rod: the data
-//! constrain the line of the rod, not the place of the observed point on it (orthogonal distance regression, Boggs
-//! and Rogers 1990).
+//! nodes within [`SEARCH_RADIUS`] rod lengths of the approximate arc length. Without a sign change the arc length is
+//! that of one of these two neighbors, and fixed. Else a foot follows the parameters: with `f(s, p)` for the left side,
+//! `ds/dp = -f_p/f_s`, which two Newton steps over a number with derivatives yield to second order. Output: the offset
+//! `x(s) - y`, m (along a coordinate not observed, that of the foot). It has no part along the rod: the data constrain
+//! the line of the rod, not the place of the observed point on it (orthogonal distance regression, Boggs and Rogers
+//! 1990).
 
 use crate::numerics::scalar::Scalar;
 use crate::scene::Stencil;
@@ -40,9 +40,10 @@ struct CurvePoint<D> {
 }
 
 impl<D: Scalar> NodeCurve<'_, D> {
-    /// The vector from the `observed` point to the foot point, m, with derivatives of first and second order, searched about
-    /// the arc length `near`, m. Its component along a coordinate that was not observed is the coordinate of the foot point.
-    /// The arc length of a foot at an end of the search range is fixed.
+    /// The vector from the `observed` point to the foot point, m, with derivatives of first and second order, searched
+    /// about the arc length `near`, m. Its component along a coordinate that was not observed is the coordinate of the
+    /// foot point. If the two edges at the nearest node have no foot of a perpendicular, the vector is that to one of
+    /// their outer ends, at a fixed arc length.
     pub fn offset(&self, observed: &[Option<D>; 3], near: f64) -> [D; 3] {
         let plain_nodes: Vec<[f64; 3]> = self.nodes.iter().map(|x| x.map(|c| c.value())).collect();
         let plain_arcs: Vec<f64> = self.arc_length.iter().map(D::value).collect();
@@ -65,8 +66,8 @@ impl<D: Scalar> NodeCurve<'_, D> {
         std::array::from_fn(|c| position[c] - observed[c].unwrap_or_else(|| D::from(0.0)))
     }
 
-    /// Half the derivative of the squared distance from the `observed` point by the arc length, m, at the arc length `s`, m:
-    /// `(x - y).x'` over the observed coordinates.
+    /// Half the derivative of the squared distance from the `observed` point by the arc length, m, at the arc length
+    /// `s`, m: `(x - y).x'` over the observed coordinates.
     fn slope(&self, observed: &[Option<D>; 3], s: D) -> D {
         let CurvePoint { position, tangent } = self.interpolate(s);
         let parts = (0..3).filter_map(|c| Some((position[c] - observed[c]?) * tangent[c]));
@@ -105,7 +106,8 @@ impl NodeCurve<'_, f64> {
     /// The arc length, m, of the point of the curve nearest to the `observed` one, and whether that point is a foot of
     /// a perpendicular. Nodes within [`SEARCH_RADIUS`] lengths of `near`, m, compete, by the distance in the observed
     /// coordinates; if none does, the last node counts as nearest. Bisection follows in the two edges at the nearest
-    /// node. `false`: the distance has no minimum inside of these, and the arc length of their nearer end is returned.
+    /// node. `false`: the distance grows from their lower end on, or else falls up to their upper end, and the arc
+    /// length of this end is returned.
     fn foot(&self, observed: &[Option<f64>; 3], near: f64) -> (f64, bool) {
         let last = self.arc_length.len() - 1;
         let (start, end) = (self.arc_length[0].max(0.0), self.arc_length[last]);

@@ -1,12 +1,13 @@
 //! The exact Hessian of the misfit by the unknowns: the observed information.
 //!
-//! Half the sum of squares has the Hessian `J'J + sum_k r_k d2r_k`. The expected information of the Gauss-Newton
-//! method is the first term alone. The second term vanishes with the residuals, and on average over noise. Every pair
-//! of unknowns costs one simulation in hyper-dual numbers (Fike and Alonso 2011) per experiment that depends on both,
-//! about the recorded simulation without derivatives at the same point. Robust losses, leverage weights and priors
-//! are included. Output: a symmetric matrix on the unknowns' scales, in units of sigma, for standard errors with the
-//! exact Hessian (`[analysis]`) and argmin's Newton solvers. A simulation that fails is an error; so are critical
-//! loads and frequencies of structures, which have no second derivatives.
+//! Half the sum of squares of residuals `r_k` has the Hessian `J'J + sum_k r_k d2r_k`, with the Jacobian `J` and the
+//! second derivatives `d2r_k` of each residual. The expected information of the Gauss-Newton method is the first term
+//! alone. The second term vanishes with the residuals, and on average over noise. Every pair of unknowns costs one
+//! simulation in hyper-dual numbers (Fike and Alonso 2011) per experiment that depends on both, about the recorded
+//! simulation without derivatives at the same point. Robust losses, leverage weights (none of priors) and priors are
+//! included. Output: a symmetric matrix on the unknowns' scales, in units of sigma, for standard errors with the exact
+//! Hessian (`[analysis]`) and argmin's Newton solvers. A simulation that fails is an error; so are critical loads and
+//! frequencies of structures, which have no second derivatives.
 
 use crate::dynamics::Trajectory;
 use crate::dynamics::record::Record;

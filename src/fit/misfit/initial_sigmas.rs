@@ -1,11 +1,10 @@
 //! Preliminary standard deviations (sigmas) of the measurements before the first fit, in the unit of each.
 //!
 //! Input: the fitted experiments. Output: one sigma per measurement. It is the given sigma, if there is one. Without
-//! it, and with squared losses, it is the number of meters of the rod's length, a common scale of all. With a robust
-//! loss it is half of [`UNEXPLAINED`] (5 %) of the size of the measured effect, at least of [`LEAST_MOTION`] of the
-//! length. So outliers are down-weighted from the start. [`weights_depend_on_the_fit`] returns whether a search must
-//! estimate missing sigmas from its residuals. This holds if one is missing, and there is a robust loss without sigma,
-//! a second measurement, or a prior.
+//! it, and with squared losses, it is the length of the rod in m as a number, whatever the unit: a common scale of all.
+//! With a robust loss it is half of [`UNEXPLAINED`] (5 %) of the size of the measured effect, which is at least
+//! [`LEAST_MOTION`] of the length. So outliers are down-weighted from the start. [`weights_depend_on_the_fit`] returns
+//! whether a search must estimate missing sigmas from its residuals, because they change the optimum.
 
 use crate::fit::measurement::Measurement;
 use crate::fit::measurement::experiment::{Experiment, all};
@@ -19,8 +18,8 @@ pub(crate) const UNEXPLAINED: f64 = 0.1;
 const LEAST_MOTION: f64 = 1e-2;
 
 /// One sigma per measurement of all experiments, in its unit: the given one, or else the length of the rod in m as a
-/// number. With a robust loss it is half of [`UNEXPLAINED`] times the size of the motion (at least [`LEAST_MOTION`] of
-/// the length), so that outliers are down-weighted from the start.
+/// number. With a robust loss it is half of [`UNEXPLAINED`] times the size of the measured effect (at least
+/// [`LEAST_MOTION`] of the length), so that outliers are down-weighted from the start.
 pub(crate) fn first_sigmas(experiments: &[Experiment]) -> Vec<f64> {
     let first = |(experiment, measurement): (&Experiment, &Measurement)| {
         let problem = &experiment.problem;

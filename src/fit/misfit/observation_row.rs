@@ -3,9 +3,10 @@
 //! Input: the camera, the samples of a point and the inverse standard deviations, 1/m. Output: one [`ObservationRow`]
 //! per observed coordinate, sample by sample and x, y, z in each. Its residual (simulated less observed, in units of
 //! the standard deviation) is `axis . x(t) + offset`, with the position `x`, m, at the time `t`, s, of the motion (not
-//! of the camera). `axis` (1/m) and `offset` follow from the camera at fixed parameters. `from_samples` makes the rows;
-//! coordinates after the last given weight have none. Points that are not on the rod and times after the end of the
-//! record are errors of the residual. [`affects_observation_operator`] returns whether a parameter changes this map.
+//! of the camera). `axis` (1/m) and `offset` follow from the camera at fixed parameters. The adjoint needs residuals in
+//! this form. A row is made for each given weight: coordinates after the last one have none. Points that are not on the
+//! rod and times after the end of the record are errors of the residual. [`affects_observation_operator`] returns
+//! whether a parameter changes the recorded coordinates at a fixed motion.
 
 use crate::dynamics::record::Record;
 use crate::error::Error;
@@ -74,8 +75,8 @@ impl ObservationRow {
     }
 }
 
-/// Whether a parameter changes the recorded coordinates at a fixed motion of the nodes: those of the camera, of the
-/// supports, and of the shape (the arc length of a point).
+/// Whether a parameter changes the recorded coordinates at a fixed motion of the nodes: true for those of the camera,
+/// of the supports, and of the shape of the rod, which changes the arc length of a point.
 pub(crate) fn affects_observation_operator(parameter: Parameter) -> bool {
     ["rod.shape.", "supports.", "camera."].iter().any(|place| parameter.path().starts_with(place))
 }

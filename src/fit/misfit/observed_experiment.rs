@@ -1,25 +1,21 @@
 //! One experiment as a function of the unknowns: its simulation, its plain residuals (without robust loss and leverage
 //! weights) and their exact derivatives.
 //!
-//! Input: an experiment (of a rod or a structure), cut to a horizon, the unknowns, and the standard deviations of its
-//! measurements. At a point of the unknowns it simulates the motion, the equilibrium and the equilibria of load cases,
-//! as far as its measurements require them. Natural frequencies and critical loads are solved with the residuals. The
-//! simulation has forward sensitivities by the parameters that change the rod, and records only the nodes of the
-//! measurements. Output: `(simulated - measured)/sigma` of every value, and one column of the Jacobian per unknown, on
-//! the unknowns' scales. Dual numbers carry the derivatives through camera and observation. Errors are points that are
-//! not on the rod, values that the scene does not allow, and a failed simulation. So is an offset of the camera's clock
-//! that extends the motion beyond [`MAX_DURATION_RATIO`]. [`has_halved_steps`] returns whether a motion had halved time
-//! steps, and [`nodes`] the nodes on which points depend.
+//! Input: an experiment (of a rod or a structure), cut to a horizon (the time, s, up to which its records are used),
+//! the unknowns, and the standard deviations of its measurements. At a point of the unknowns it simulates the motion,
+//! the equilibrium and the equilibria of load cases, as far as its measurements require them. Natural frequencies and
+//! critical loads are solved with the residuals. The simulation has forward sensitivities by the parameters that change
+//! the rod, and records only the nodes of the measurements. Output: `(simulated - measured)/sigma` of every value, and
+//! one column of the Jacobian per unknown, on the unknowns' scales. Dual numbers carry the derivatives through camera
+//! and observation.
+//!
+//! Errors are points that are not on the rod, values that the scene does not allow, and a failed simulation. So is an
+//! offset of the camera's clock that extends the motion beyond [`MAX_DURATION_RATIO`].
 //!
 //! `run` makes the simulations, `residuals_and_jacobian` and `for_each_residual` (over any scalar) compute from them.
-//! `counts`, `losses` and `modes` list the residuals of each measurement, the loss of each residual, and the measured
-//! modes. `depends_on` returns whether an unknown belongs to the experiment; `motion_parameters` are those that change
-//! the motion. `problem_and_steps` is the problem at a point with the number of steps. `rest_work` is the work of
-//! static solutions, in steps times segments; `reference_strains` are edges and joints of the rod without load;
-//! `has_critical_loads` returns whether one was measured.
-//!
-//! `ExperimentRun` has the simulations at one point of the unknowns, `ObservedSeries` the values of one measurement
-//! with weights and loss.
+//! `problem_and_steps` is the problem at a point with the number of steps. `rest_work` is the work of static solutions,
+//! in steps times segments. [`has_halved_steps`] returns whether a motion had halved time steps, and [`nodes`] the
+//! nodes on which points depend.
 
 use crate::dynamics::{Snapshot, Trajectory};
 use crate::error::Error;
@@ -51,7 +47,7 @@ pub(crate) struct ObservedExperiment {
     /// Indices of the unknowns that it depends on.
     pub(super) unknowns: Vec<usize>,
     pub(super) series: Vec<ObservedSeries>,
-    /// Outputs of a run that the series are compared with.
+    /// Outputs of a simulation with which the values of the series are compared.
     pub(super) required: Requirements,
     /// Work of its static solutions, steps times segments.
     rest_work: f64,
@@ -81,8 +77,8 @@ pub(crate) struct ExperimentRun {
 
 impl ObservedExperiment {
     /// The `experiment` with its measurements up to the `horizon`, s, and the indices of the `unknowns` that belong to
-    /// it. Each of its measurements takes the next of `sigmas`, in its unit. An error for points that are not on the
-    /// rod.
+    /// it. Each of its measurements takes the next of `sigmas`, its standard deviation in its unit before its factors.
+    /// An error for points that are not on the rod.
     pub fn new<'s>(
         experiment: &Experiment,
         unknowns: &[Unknown],
@@ -154,10 +150,10 @@ impl ObservedExperiment {
         own.filter(|p| !p.is_of_the_camera()).collect()
     }
 
-    /// The problem with the parameters at `point`, and the number of time steps up to the last sample; zero without a measured
-    /// motion. The mesh layout and the step size stay. The motion lasts longer than the scene, by whole steps, where the
-    /// offset or the row delay of the camera requires it. An error beyond [`MAX_DURATION_RATIO`] times the duration of scene or
-    /// recording.
+    /// The problem with the parameters at `point`, and the number of time steps up to the last sample; zero without a
+    /// measured motion. The mesh layout and the step size stay. The motion lasts longer than the scene, by whole steps,
+    /// where the offset or the row delay of the camera requires it. An error beyond [`MAX_DURATION_RATIO`] times the
+    /// duration of scene or recording.
     pub(super) fn problem_and_steps(
         &self,
         ParameterPoint { unknowns, x }: ParameterPoint,
@@ -268,9 +264,9 @@ impl ObservedExperiment {
     }
 
     /// The equilibria of the required load cases, in their order, with derivatives by `parameters`. Those of one
-    /// measurement follow each other: each starts at the one before. An error of the load in the scene scales all loads
-    /// of a measurement. So the derivative by it is multiplied by the ratio of the value of the case to that in the
-    /// scene (0 without a load there).
+    /// measurement are computed in sequence: each starts at the one before. The derivative by the number of the load in
+    /// the scene is that of a common relative error of all loads of the measurement. So it is multiplied by the ratio
+    /// of the value of the case to that in the scene (0 without a load there).
     fn load_case_equilibria(
         &self,
         problem: &Problem,
@@ -424,7 +420,7 @@ pub(super) fn has_halved_steps(motion: &Trajectory) -> bool {
     motion.record().taken.len() >= motion.times().len()
 }
 
-/// Indices of the nodes that the positions of `points` depend on, ascending, each once. A point at a node depends on
+/// Indices of the nodes on which the positions of `points` depend, ascending, each once. A point at a node depends on
 /// its neighbors too, because it moves between nodes when the length of the rod changes. An error for points that are
 /// not on the rod.
 pub(super) fn nodes(points: &[Point], problem: &Problem) -> Result<Vec<usize>, Error> {

@@ -3,12 +3,15 @@
 //! Intervals and standard errors assume independent normal residuals. A wrong model or a wrong minimum leaves residuals
 //! that are autocorrelated or grow with time. AR(1) noise is autocorrelated too; its innovations are white. Input: the
 //! residuals of one coordinate in order of time (or arc length), in units of the noise, and the correlation of their
-//! noise (0: white). With fewer than [`FEWEST_VALUES`] the output is None. Tests: Ljung-Box (autocorrelation),
-//! Anderson-Darling (normality), Student's t for a slope of the residuals or their size (trend), and for innovations
-//! also Fisher's test of the periodogram. With a robust loss whiteness and trend are tested with the influences instead
-//! of the residuals. Output: [`ResidualTests`] with a p-value each, compared with [`SIGNIFICANCE`], which Bonferroni's
-//! correction lowers for many coordinates ([`significance_level`]). Innovations need [`LEAST_INNOVATION_P`]
-//! ([`innovation_p_value`]). `is_noise` requires whiteness and no trend, not normality.
+//! noise (0: white). With fewer than [`FEWEST_VALUES`] the output is `None`. Tests: Ljung-Box (autocorrelation),
+//! Anderson-Darling (normality), Student's t for a slope of the residuals or their size over time (trend), and for
+//! innovations also Fisher's test of the periodogram. With a robust loss whiteness and trend are tested with the
+//! influences (half the derivatives of the loss) instead of the residuals.
+//!
+//! Output: [`ResidualTests`] with a p-value each, compared with [`SIGNIFICANCE`], which Bonferroni's correction lowers
+//! for many coordinates ([`significance_level`]). Autocorrelated residuals pass as AR(1) noise if the p-value of their
+//! innovations ([`innovation_p_value`]) is at least [`LEAST_INNOVATION_P`]. `is_noise` requires white residuals or such
+//! innovations, and no trend, but not normality.
 
 use crate::fit::measurement::loss::Loss;
 use crate::fit::misfit::ar1::{Ar1Correlation, usual_spacing};
@@ -234,9 +237,9 @@ fn normality(r: &[f64]) -> f64 {
     }
 }
 
-/// p-value of Fisher's test for periodicity (1929) of the values `r`: for the largest share of one of the lowest `m`
-/// frequencies in the sum of their periodogram (at most [`MOST_FREQUENCIES`]). It is `m (1 - share)^(m - 1)`, at most
-/// 1; 1 if all are zero.
+/// p-value of Fisher's test for periodicity (1929) of the values `r`. With the powers of the periodogram at the lowest
+/// `m` frequencies (multiples of one cycle per record, at most [`MOST_FREQUENCIES`]), and the fraction `g` of the
+/// largest one in their sum, it is `m (1 - g)^(m - 1)`, at most 1; 1 if all powers are zero.
 fn periodicity_p_value(r: &[f64]) -> f64 {
     let n = r.len();
     let count = ((n - 1) / 2).min(MOST_FREQUENCIES);

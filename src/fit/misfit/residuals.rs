@@ -1,20 +1,17 @@
 //! Residuals of a fit, their exact Jacobian and the gradient of the misfit, as an argmin problem.
 //!
-//! Input: experiments up to horizons, sigmas of their measurements, unknowns. At a point `x` on the unknowns' scales
-//! all experiments are simulated on several threads; the residuals are those of all measurements in order, then those
-//! of the priors. The last evaluation is kept, because solvers evaluate residuals, Jacobian and cost at the same
-//! point. Output: vectors and rows in units of sigma. They are either plain (`(simulated - measured)/sigma`) or
-//! transformed by robust loss and leverage weight so that half their sum of squares is the objective. The gradient is
-//! by the adjoint where that costs less for all experiments (`adjoint_gradient`), else the transposed Jacobian times
-//! the residuals. A simulation that fails and another count of numbers are errors.
+//! Input: experiments up to horizons (times, s, to which their records are used), sigmas of their measurements,
+//! unknowns. At a point `x` on the unknowns' scales all experiments are simulated on several threads; the residuals are
+//! those of all measurements in order, then those of the priors. The last evaluation is kept, because solvers evaluate
+//! residuals, Jacobian and cost at the same point. Output: vectors and rows in units of sigma. They are either plain
+//! (`(simulated - measured)/sigma`: `plain_residuals`, `plain_jacobian`) or transformed by robust loss and leverage
+//! weight (`residuals`, `jacobian_at`), so that half their sum of squares is the objective. The gradient is by the
+//! adjoint where that costs less for all experiments (`adjoint_gradient`), else the transposed Jacobian times the
+//! residuals. A simulation that fails and another count of numbers than of unknowns are errors.
 //!
-//! - `residuals` and `jacobian_at` are with loss and weights, `plain_residuals` and `plain_jacobian` without.
-//! - `with_leverage_weights`, `with_work_counter` and `with_evaluation` (a known evaluation, as the last one) return
-//!   changed residuals. `runs` and `run` (one experiment) return simulations; `with_runs` takes their evaluation as the
-//!   last one.
-//! - `len`, `counts` (by measurement), `weighted_losses` and `leverage_weights` describe the residuals, `values` the
-//!   parameters at a point. `unknowns` and `experiments` return the parts. `simulations` is the work so far in full
-//!   simulations. `has_halved_steps` returns whether the last evaluation halved time steps.
+//! `with_leverage_weights`, `with_work_counter` and `with_evaluation` (an evaluation, to be kept as the last one)
+//! return changed residuals. `runs` and `run` (one experiment) return simulations; `with_runs` keeps their evaluation
+//! as the last one. `simulations` is the work so far in full simulations.
 
 use crate::dynamics::Snapshot;
 use crate::error::{Error, ensure};
@@ -151,7 +148,8 @@ impl Residuals {
         self.experiments.iter().flat_map(ObservedExperiment::counts).collect()
     }
 
-    /// The loss and the leverage weight of every residual, in their order; residuals of priors have squares and 1.
+    /// The loss and the leverage weight of every residual, in their order. Those of priors are last and have squares
+    /// and the entries of the leverage weights behind those of the measurements, or 1 beyond the end of the list.
     pub(crate) fn weighted_losses(&self) -> Vec<WeightedLoss> {
         let own = self.experiments.iter().flat_map(ObservedExperiment::losses);
         let losses = own.chain(std::iter::repeat(Loss::Squares)).take(self.len());
@@ -159,7 +157,7 @@ impl Residuals {
         pairs.map(|(loss, weight)| WeightedLoss { loss, weight }).collect()
     }
 
-    /// The leverage weight of every residual, those of priors included; 1 where none is set.
+    /// The leverage weight of every residual, those of priors (last) included; 1 beyond the end of the given list.
     pub(crate) fn leverage_weights(&self) -> Vec<f64> {
         let mut weights = self.leverage_weights.clone();
         weights.resize(self.len(), 1.0);
@@ -222,14 +220,14 @@ impl Residuals {
         self.last().as_ref().is_some_and(|e| e.halved)
     }
 
-    /// The locked last evaluation. The lock of a thread that panicked is taken over.
+    /// The last evaluation, locked for this thread. The lock of a thread that panicked is taken over.
     fn last(&self) -> MutexGuard<'_, Option<Evaluation>> {
         self.last.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// The value of `read` for the evaluation at `x`. The last evaluation is used if it was at `x` and has the
-    /// Jacobian, if `with_jacobian`; else all experiments are simulated. The evaluation becomes the last one. An error
-    /// for a wrong length or a simulation that fails.
+    /// The value of `read` for the evaluation at `x`. The last evaluation is used if it was at `x` and, where
+    /// `with_jacobian` is set, has the Jacobian; else all experiments are simulated. The evaluation becomes the last
+    /// one. An error for a wrong length or a simulation that fails, after which there is no last evaluation.
     fn evaluate<T>(
         &self,
         x: &[f64],
@@ -367,7 +365,8 @@ impl Residuals {
 
     /// The gradient of half the sum of squares (losses, weights and priors included) at `x`, on the unknowns' scales,
     /// by the adjoint of the motions. The residuals there become the last evaluation. `None` if the Jacobian at `x` is
-    /// already known, or an experiment has [no such gradient](ObservedExperiment::has_adjoint_gradient) at less cost.
+    /// already known, or if the adjoint is [no less costly or not possible](ObservedExperiment::has_adjoint_gradient)
+    /// for any experiment.
     fn adjoint_gradient(&self, x: &[f64]) -> Result<Option<Vec<f64>>, Error> {
         self.check_length(x)?;
         let is_known = |e: &Evaluation| e.x == x && e.jacobian.is_some();

@@ -1,11 +1,11 @@
 //! Simulation of an experiment whose scene is a structure: its motion and equilibrium at the points of measurements.
 //!
-//! Input: an [`ObservedExperiment`], its problem and structure, a number of steps, and parameters. Tracked are the
-//! nodes on which the positions of measured points depend. `run_structure` simulates the motion if one is measured, and
-//! solves the equilibrium if a measurement at rest requires it. Output: [`ExperimentRun`] with the two records (None if
-//! not required) and their derivatives by the parameters; the work (steps times edges) goes to a counter.
+//! Input: an [`ObservedExperiment`], its problem and structure, a number of steps, and parameters. The nodes on which
+//! the positions of measured points depend are recorded. `run_structure` simulates the motion if one is measured, and
+//! solves the equilibrium if a measurement at rest requires it. Output: [`ExperimentRun`] with the two records (`None`
+//! if not required) and their derivatives by the parameters; the work (steps times edges) is added by a callback.
 //! `structure_over` computes both records again over another number type, from numbers of the scene with derivatives.
-//! `check_structure_points` is an error for points that the structure does not have.
+//! Points that the structure does not have are errors (`check_structure_points`).
 
 use crate::dynamics::record::Record;
 use crate::error::Error;
@@ -34,8 +34,8 @@ fn nodes_of(structure: &Structure, points: &[StructurePoint]) -> Result<Vec<usiz
 }
 
 impl ObservedExperiment {
-    /// Rejects observed points, in motion or at rest, that the structure of its problem does not have; no check of one
-    /// rod.
+    /// Rejects observed points, in motion or at rest, that the structure of its problem does not have; nothing is
+    /// checked for a scene of one rod.
     pub(super) fn check_structure_points(&self) -> Result<(), Error> {
         if let Some(structure) = structure_of(&self.problem)? {
             nodes_of(&structure, &self.required.moving_places)?;
@@ -45,8 +45,8 @@ impl ObservedExperiment {
     }
 
     /// Simulates a structure: the motion over a number of `steps`, and the equilibrium, each if a measurement requires
-    /// it, with derivatives by `parameters`. `count` receives the work, steps times edges. Error: a simulation that
-    /// fails.
+    /// it, with derivatives by `parameters`. `count` is called with the work, steps times edges, of the motion, and
+    /// with that of the static solutions. Error: a simulation that fails.
     pub(super) fn run_structure(
         &self,
         problem: Problem,

@@ -1,11 +1,11 @@
 //! Text tables of the uncertainty budget of an estimate and of its sensitivities to inputs, for the summary of a fit or
 //! a design.
 //!
-//! Input: an [`Estimate`] with budget lines (source, standard uncertainty, relative sensitivity, contribution, share).
-//! The budget is listed only if the quoted interval is expanded, by inputs with a stated uncertainty; its title has the
-//! combined standard uncertainty and the coverage factor (GUM). The Monte Carlo check is a fact. Sensitivities are the
-//! change of each estimate for +1 % of an input, the first [`NAMED`] per parameter, which are the largest. Output: the
-//! summary with these tables.
+//! Input: an [`Estimate`] with budget lines (source, standard uncertainty, relative sensitivity, contribution, share of
+//! the variance). The budget is listed only if the quoted interval is expanded, by inputs with a stated uncertainty;
+//! its title has the combined standard uncertainty and the coverage factor (GUM). A Monte Carlo check, if computed, is
+//! a line of its own. Sensitivities are the change of each estimate for +1 % of an input, the first [`NAMED`] per
+//! parameter, which are the largest. Output: the summary with these tables.
 
 use crate::fit::report::digits;
 use crate::fit::report::quoted::QuotedEstimate;

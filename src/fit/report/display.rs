@@ -2,11 +2,11 @@
 //! topic.
 //!
 //! Input: a [`FitReport`]. Output: a [`Summary`]. Estimates are in the units of the parameters; residuals, sigmas and
-//! errors of predictions are in the units of the data files (Hz if all frequencies are given in Hz). First are the
-//! status with the code of the grade, the validation error, the table of estimates, the content of the intervals, and
-//! the warnings, most severe first. Then follow uncertainty details, omitted effects, numerics, left-out rows, robust
-//! losses and predictions. Residuals with the noise, the search and the cost are last. `Grade::tone` is the severity of
-//! a grade (its color), `data_quantity` a value as text in the unit of the data files.
+//! errors of predictions are in the units of the data files (Hz if frequencies are given in Hz and none in rad/s).
+//! First are the status with the code of the grade, the validation error, the table of estimates, the combinations of
+//! parameters that the data determine, the content of the intervals, and the warnings, most severe first. Then follow
+//! uncertainty details, omitted effects, mesh and step, left-out rows, robust losses and predictions. Residuals with
+//! the noise, the search and the cost are last. `Grade::tone` is the color of a grade.
 
 use crate::fit::report::estimate_table::{estimate_table, interval_content};
 use crate::fit::report::quoted::quoted_estimates;
@@ -85,7 +85,7 @@ impl FitReport {
     }
 
     /// The `summary` with facts: the first [`NAMED_RESOLUTIONS`] combinations of mesh, step and scheme, left-out rows,
-    /// robust losses, errors of validation data (if there are several), and errors of recordings.
+    /// robust losses, errors of validation data (if there are at least two), and errors of recordings.
     fn add_data(&self, mut summary: Summary) -> Summary {
         let chosen = self.resolution_texts().into_iter().take(NAMED_RESOLUTIONS);
         summary = summary.facts("Numerics", chosen);
@@ -144,7 +144,7 @@ impl FitReport {
     }
 
     /// A value and its `unit` as text with this number of significant `digits`, converted to the unit of the data files
-    /// (Hz for rad/s if they have Hz).
+    /// (Hz for rad/s if frequencies are given in Hz and none in rad/s).
     pub(super) fn data_quantity(&self, value: f64, unit: &str, digits: usize) -> String {
         let (value, unit) = self.in_data_unit(value, unit);
         quantity(value, unit, digits)
@@ -152,7 +152,7 @@ impl FitReport {
 
     /// The noise estimated from differences of the samples, as text, in the unit of the first coordinate. It is the
     /// value or the range over the coordinates that have an estimate, with the number and the reasons of the others. If
-    /// none has one: the first reason. `None` without recorded motions.
+    /// none has one: the first reason. `None` if no coordinate was examined.
     fn noise_scale_text(&self) -> Option<String> {
         let values: Vec<f64> = self.noise_scale.iter().filter_map(|scale| scale.value).collect();
         let first = self.noise_scale.first()?;

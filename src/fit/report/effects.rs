@@ -2,11 +2,11 @@
 //! not exclude.
 //!
 //! Input: score tests and undetected biases of a fit report (or biases of a design). Output: the summary with a line
-//! for each likely omitted effect, and a table of at most three effects with the largest biases above a standard
-//! error. Its rows are one per effect and biased parameter: effect with its plausible or estimated size, parameter
-//! (if there are several), bias, and a test that would reveal the effect. Biases are in per cent (a range if the two
-//! signs of the effect have different ones), or in the unit of a parameter without a relative bias. The sign is `+-`
-//! if the data do not determine the size of the effect.
+//! for each likely omitted effect, and a table of at most three effects with the largest biases above a standard error.
+//! Its rows are one per effect and biased parameter: effect with its plausible or estimated size, parameter (if there
+//! are several), bias, and a test that would reveal the effect. Biases are in per cent (a range if the two signs of the
+//! effect have different ones), or in the unit of a parameter without a relative bias, whose symbol is not displayed.
+//! The sign is `+-` if the data do not determine the size of the effect.
 
 use crate::code::Code;
 use crate::fit::report::FitReport;
@@ -74,8 +74,8 @@ fn signed(value: f64, unit: &str, bias: &UndetectedBias) -> String {
 }
 
 /// The bias as text: a range in per cent where both signs of the effect have different biases (`both_signs`), else one
-/// number. It is in per cent, or without a relative bias in the unit of the parameter. The sign is `+-` if the data do
-/// not determine the size of the effect.
+/// number. It is in per cent, or without a relative bias in the unit of the parameter, without its symbol. The sign is
+/// `+-` if the data do not determine the size of the effect.
 fn size_of_bias(bias: &UndetectedBias) -> String {
     if let Some([low, high]) = bias.both_signs() {
         return format!("{:+.0} to {:+.0} %", 100.0 * low, 100.0 * high);

@@ -2,12 +2,12 @@
 //!
 //! Input: rows from `quoted_estimates`, or a [`FitReport`]. [`estimate_table`] makes the table, [`interval_content`]
 //! the sentence. Each row has the estimate with digits according to its error, the error in per cent (of a parameter
-//! that may be zero in its unit), and the 95 % interval. In place of the interval stands a one-sided bound or `no
-//! error`; `not identifiable` stands in place of the estimate. The sentence names the first that applies: stated input
-//! uncertainties, differences between experiments, a corrected discretization error, or noise only. The largest
-//! undetected biases (above one standard error), which are not contained, follow. Without any error or interval there
-//! is no sentence. [`relative_error`] is the text of an error, and [`is_from_clusters`] whether an interval is that of
-//! the differences between experiments.
+//! that may be zero in its unit), and the 95 % interval. A one-sided bound or `no error` replaces the interval,
+//! `not identifiable` the estimate. The sentence is on the first case that applies: stated input uncertainties,
+//! differences between experiments, a corrected discretization error, or noise only. A second sentence names the
+//! largest undetected biases (above one standard error), which the intervals do not contain. Without any error or
+//! interval there is no sentence. [`relative_error`] is the text of an error, and [`is_from_clusters`] returns whether
+//! an interval is that of the differences between experiments.
 
 use crate::fit::report::quoted::{QuotedEstimate, QuotedInterval, error_heading, interval_heading};
 use crate::fit::report::{FitReport, digits};

@@ -1,10 +1,10 @@
 //! Table of the estimates by each of several experiments, where these differ by more than the residuals explain.
 //!
-//! Input: the estimates of a fit with their cluster jackknife. If the differences between experiments give the reported
-//! interval of any parameter, the output is the summary with a table. It has a row for each experiment that has
+//! Input: the estimates of a fit with their cluster jackknife. If the reported interval of any parameter is that of the
+//! differences between experiments, the output is the summary with a table. It has a row for each experiment that has
 //! estimates of its own, at most [`LISTED`]; the title counts the others. It has a column for each parameter with such
 //! estimates, in its unit. Otherwise the summary is unchanged. [`compared_estimates`] returns these parameters. The
-//! values are those of one Gauss-Newton step from the common estimate with the data of the experiment alone.
+//! estimates by an experiment are those of one Gauss-Newton step from the common estimate with its data alone.
 
 use crate::fit::report::digits;
 use crate::fit::uncertainty::estimate::Estimate;
@@ -13,8 +13,8 @@ use crate::summary::{Summary, SummaryTable, TextColumn};
 /// Most experiments in the table; the JSON has all.
 const LISTED: usize = 12;
 
-/// The parameters with estimates by each experiment, if the differences between experiments give an interval of any of
-/// them; empty otherwise.
+/// The parameters with estimates by each experiment, in their order, if the reported interval of any parameter is that
+/// of the differences between experiments; empty otherwise.
 pub(crate) fn compared_estimates(estimates: &[Estimate]) -> Vec<&Estimate> {
     let jackknife =
         |e: &&Estimate| e.cluster_jackknife.as_ref().is_some_and(|c| !c.estimates.is_empty());

@@ -5,11 +5,11 @@
 //! `estimate_table`, `experiment_estimates`), their `uncertainty` and `budget`, omitted `effects` and `validation`.
 //! `plot_data`, `replay` and `recorded_motion` make the data of the page's plots, `fit_summary` the rows of a
 //! comparison of several fits. `renamed_keys` converts stored reports of version 0.1. Methods of the report:
-//! `parameters` and `parameters_of` (one experiment) are the values for a simulation, `estimate` is the first one of a
-//! parameter. `in_a_line` is a line of text for a list of fits. `likely_omitted_effects` and `undetected_bias_texts`
-//! are findings as texts (old names: `looks_like`, `hidden`). `is_success` returns whether the grade is usable (exit
-//! code 0). `in_data_unit` converts rad/s to Hz if the data have Hz. `resolutions` are mesh, step and scheme of the
-//! experiments for which the program chose any, `digits` is a value with digits by its error.
+//! `parameters` and `parameters_of` (one experiment) are the values for a simulation, `estimate` is the first estimate
+//! of a parameter. `in_a_line` is a line of text for a list of fits. `likely_omitted_effects` and
+//! `undetected_bias_texts` are findings as texts. `is_success` returns whether the grade is usable (exit code 0).
+//! `in_data_unit` converts rad/s to Hz if frequencies were given in Hz and none in rad/s. `resolutions` are mesh, step
+//! and scheme of the experiments for which the program chose any, `digits` is a value with digits by its error.
 
 pub(crate) mod budget;
 mod display;
@@ -83,10 +83,10 @@ pub struct FitReport {
     pub residual_rms: f64,
     /// Standard deviation of the noise of each measurement, given or estimated, in `units`.
     pub sigma: Vec<f64>,
-    /// Unit of each `sigma`: m, rad/s, N, N m, m/s^2, rad, or that of a gauge.
+    /// Unit of each `sigma`: m, rad/s, N, N m, m/s^2, rad, 1/m, or that of a gauge; empty for strains.
     pub units: Vec<String>,
-    /// Unit of each measurement in the displayed report and on the page: that of `units`, or Hz for frequencies in Hz. The
-    /// values of the JSON are in `units`.
+    /// Unit of each measurement in the displayed report and on the page: that of `units`, or Hz for frequencies in Hz.
+    /// The values of the JSON are in `units`.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub data_units: Vec<String>,
     /// Singular values of the Jacobian with normalized columns, descending; near zero where
@@ -222,14 +222,14 @@ impl FitReport {
         }
     }
 
-    /// The identified parameters with their values, in their units, for [`Problem::with`](crate::Problem::with). Those
-    /// without a value are left out.
+    /// The identified parameters with their values, in their units, for [`Problem::with`](crate::Problem::with); of all
+    /// experiments. Those without a value are left out.
     pub fn parameters(&self) -> Vec<(Parameter, f64)> {
         self.parameters.iter().filter_map(|e| Some((e.name, e.value?))).collect()
     }
 
-    /// The identified parameters that belong to one experiment with their values, in their units. Those without a value are
-    /// left out.
+    /// The identified parameters that belong to one experiment with their values, in their units. Those without a value
+    /// are left out.
     pub fn parameters_of(&self, experiment: &Experiment) -> Vec<(Parameter, f64)> {
         let scene = experiment.problem.scene();
         // Without names of experiments an estimate belongs to all whose scenes have the parameter.
@@ -301,7 +301,7 @@ impl FitReport {
 }
 
 /// The parts of a covariance of `n` parameters for a report: correlations, singular values and unidentifiable
-/// directions. Without a covariance the `n` by `n` correlations are `None`, the other lists empty.
+/// directions. Without a covariance the `n` by `n` correlations are `None`, and the other two are empty.
 pub(crate) fn covariance_parts(
     covariance: Option<Covariance>,
     n: usize,
@@ -327,8 +327,8 @@ fn dropped(experiments: &[Experiment]) -> Vec<DroppedRows> {
 }
 
 /// A `value` as text in exponential form, with `ceil(log10(|value/error|)) + 1` digits after the point, 1 to 15. These
-/// reach at least the second significant digit of its `error`; 15 digits if the number is not finite, as for a value of
-/// zero.
+/// reach at least the second significant digit of its `error`. There are 15 digits for a value of zero, and for a
+/// number or error that is not finite.
 pub(crate) fn digits(value: f64, error: f64) -> String {
     // The digits of value over error, and one more for the second significant digit of the error.
     let needed = (value.abs() / error.abs().max(f64::MIN_POSITIVE)).log10().ceil() + 1.0;

@@ -3,10 +3,10 @@
 //!
 //! [`FitOutcome`] has the assessment (estimates, noise, tests), the conclusion (grade, verdict, status, warnings), the
 //! local minima and, on demand, the data of plots. Estimates have errors only after an assessment. Of a stopped search
-//! they are the best values so far, with the grade `interrupted`; before the first simulation this is
+//! they are the best values so far, with the grade `interrupted`; a stop before the first simulation is the error
 //! [`Error::Interrupted`]. Rejected data give estimates without values, the grade unusable and one warning
-//! (`NoMotion`). If the plots' simulation of an assessed optimum fails, a note is added. Local minima have no values if
-//! a parameter is not identifiable.
+//! (`NoMotion`). If the simulation for the plots of an assessed optimum fails, a note is added. The summary of the
+//! local minima has no values if a parameter is not identifiable.
 
 use crate::code::Code;
 use crate::error::Error;
@@ -38,9 +38,9 @@ pub(crate) struct FitOutcome {
 
 impl FitOutcome {
     /// The outcome of an assessed optimum, with its grade, warnings and local minima. `experiments` include the
-    /// validation data; `keeps_plots`: with data of plots, which need one more simulation. If that fails, there is a
-    /// note and no shapes. The fit counts as interrupted if the stop flag is set by now. The summary of the local
-    /// minima has no values if a parameter is not identifiable.
+    /// validation data. With `keeps_plots` it has the data of plots, which need one more simulation. If that fails,
+    /// there is a note and no shapes. The fit counts as interrupted if the stop flag is set by now. The summary of the
+    /// local minima has no values if a parameter is not identifiable.
     pub fn assessed(
         Fitted { search, optimum }: Fitted,
         mut assessment: FitAssessment,

@@ -67,8 +67,8 @@ pub struct Series {
     pub experiment: String,
     /// Name of the measurement.
     pub label: String,
-    /// Coordinate: x, y or z; f for frequencies, g for user-defined measurements, ux to uz for load-deflection curves, P for
-    /// critical loads, or the component of a sensor, such as fx.
+    /// Coordinate: x, y or z; f for frequencies, g for user-defined measurements, ux to uz for load-deflection curves,
+    /// P for critical loads, or the component of a sensor, such as fx.
     pub axis: String,
     /// Unit of `observed`, `simulated` and `sigma`.
     pub unit: String,
@@ -88,7 +88,8 @@ pub struct Series {
 }
 
 impl Series {
-    /// Simulated less observed values, in units of the one sigma of the series, in their order.
+    /// Simulated less observed values over the `sigma` of the series, in their order. Factors of single values on
+    /// `sigma` have no effect.
     pub fn residuals(&self) -> Vec<f64> {
         let pairs = self.simulated.iter().zip(&self.observed);
         pairs.map(|(simulated, observed)| (simulated - observed) / self.sigma).collect()

@@ -89,8 +89,8 @@ impl QuotedEstimate {
         })
     }
 
-    /// The number by which the page chooses the unit of the row: the lower bound, the estimate if it is not zero, or
-    /// the upper bound; else zero.
+    /// The number by which the page chooses the unit of the row: the lower bound, or else the estimate if it is not
+    /// zero, or else the upper bound; zero without these.
     #[cfg(feature = "page")]
     pub fn size(&self) -> f64 {
         match (self.interval, self.value.filter(|value| *value != 0.0)) {
@@ -134,7 +134,7 @@ pub(crate) fn error_heading(rows: &[QuotedEstimate]) -> &'static str {
     }
 }
 
-/// The column heading of the intervals: `95 % interval`, followed by `(expanded)` if any is.
+/// The column heading of the intervals: `95 % interval`, followed by `(expanded)` if any of the `rows` is expanded.
 pub(crate) fn interval_heading(rows: &[QuotedEstimate]) -> &'static str {
     match rows.iter().any(|row| row.is_expanded) {
         true => "95 % interval (expanded)",

@@ -1,16 +1,11 @@
 //! Comparison of simulations with the recordings that prescribe the ends, for [plots](super::PlotData).
 //!
 //! Input: experiments with recorded ends, at a point of the unknowns. Each is simulated from its first frames
-//! ([`START_FRAMES`]) on, without further data of the free markers (free run). The runs are over the whole recording,
-//! and in at most [`WINDOWS`] windows of each of the [`DURATIONS`]. An error is the mean of the three absolute
-//! coordinate differences of a marker, m. Output: [`RecordingPlots`] with the mean error by duration of the free run
-//! and by speed of the free markers, which prescribe nothing. It also has the simulated and recorded rod at
-//! [`SNAPSHOTS`] times. Fitted and validation recordings are separate. Recordings that cannot be simulated are left
-//! out; None if none remains.
-//!
-//! `recording_plots` makes the comparison. `RecordedMotion` is the motion of one recording, and `RecordedSnapshot` a
-//! shape of it. Mean errors (`MeanError`, with the number of values) are given by duration of free runs (`WindowError`)
-//! and by speed of the markers (`SpeedError`).
+//! ([`START_FRAMES`]) on, without further data of the free markers, which prescribe nothing (free run). The runs are
+//! over the whole recording, and in at most [`WINDOWS`] windows of each of the [`DURATIONS`]. An error is the mean of
+//! the three absolute coordinate differences of a marker, m. Output: [`RecordingPlots`] with the mean error by duration
+//! of the free run and by speed of the free markers, and the simulated and recorded rod at [`SNAPSHOTS`] times. Fitted
+//! and validation recordings are separate. Recordings that cannot be simulated are left out; `None` if none remains.
 
 use crate::error::Error;
 use crate::fit::measurement::experiment::Experiment;
@@ -270,8 +265,8 @@ fn snapshots(free_run: &FreeRun) -> Result<Vec<RecordedSnapshot>, Error> {
 
 /// Speed, m/s, and error, m, of every free marker in every compared frame of a free run. The speed is the recorded
 /// distance from the frame before to the one after over their time; the error is the mean of the three absolute
-/// coordinate differences. Frames with a glitch of the marker or without these neighbors are left out. Empty without
-/// recorded ends.
+/// coordinate differences. Frames without these neighbors, and with a glitch of the marker in or near them, are left
+/// out. Empty without recorded ends.
 fn sample_errors(problem: &Problem, free_run: &FreeRun) -> Vec<SampleError> {
     let (track, supports) = (&free_run.track, &problem.scene().supports);
     let Some(path) = &supports.path else { return Vec::new() };
@@ -315,8 +310,8 @@ fn window_errors(all: &[RecordingComparison]) -> Vec<WindowError> {
 }
 
 /// Mean errors of the free markers by ranges of their speed, of fitted and of validation recordings apart, ascending.
-/// Ranges begin at zero and have one round width ([`round_step`]): the [`SLOWER`] quantile of all speeds over
-/// [`SPEED_RANGES`] (the largest speed, if the quantile is zero). The last range begins below that quantile and
+/// Ranges begin at zero and have one width: the [`SLOWER`] quantile of all speeds over [`SPEED_RANGES`] (the largest
+/// speed, if the quantile is zero), rounded up by [`round_step`]. The last range begins below that quantile and
 /// includes all faster ones. A range without samples has no means. Empty without motion.
 fn speed_errors(all: &[RecordingComparison]) -> Vec<SpeedError> {
     let mut sorted: Vec<f64> = all.iter().flat_map(|one| &one.speeds).map(|s| s.speed).collect();
@@ -342,7 +337,7 @@ fn speed_errors(all: &[RecordingComparison]) -> Vec<SpeedError> {
     (0..ranges).map(of_range).collect()
 }
 
-/// The smallest of 1, 2, 2.5 and 5 times a power of ten that is at least `step`.
+/// The smallest of 1, 2, 2.5 and 5 times a power of ten that is at least `step`, which is positive.
 fn round_step(step: f64) -> f64 {
     let power = 10_f64.powf(step.log10().floor());
     [1.0, 2.0, 2.5, 5.0, 10.0].into_iter().map(|n| n * power).find(|s| *s >= step).unwrap_or(step)

@@ -99,8 +99,8 @@ fn rename(value: &mut Value, within: &str) {
     }
 }
 
-/// The text with the current code in the place of a former one: of a message that ends with the code in brackets, or,
-/// if `is_code`, of a code alone. `None` for other texts.
+/// The text with the current code instead of a former one: of a message that ends with the code in brackets, or, if
+/// `is_code`, of a code alone. `None` for texts without a former code.
 fn with_current_code(text: &str, is_code: bool) -> Option<String> {
     // Brackets inside a text are no codes: only the last ones of a warning are.
     let (message, name) = match is_code {

@@ -4,9 +4,9 @@
 //! search ranges, history, scan, settings, and per coordinate the observed and simulated values (observed plus
 //! residual) in the unit of the data file. Without an optimum there are no such values. [`measurement_series`] makes
 //! those of one measurement. [`add_motion`] simulates once more at the optimum (an equilibrium or a structure again for
-//! all nodes). It adds the model's curves between the data, over the recording's clock, s ([`CURVE`] intervals), or the
-//! arc length, m. It also adds shapes of the rod in recorded coordinates: about [`SHAPES`] at evenly spaced times, and
-//! the one at rest. A simulation that fails is an error; results before it remain.
+//! all nodes). It adds the curves of the model between the data, over the recording's clock, s ([`CURVE`] intervals),
+//! or the arc length, m. It also adds shapes of the rod in recorded coordinates: about [`SHAPES`] at evenly spaced
+//! times, and the one at rest. A simulation that fails is an error; results before it remain.
 
 use crate::dynamics::Trajectory;
 use crate::error::Error;
@@ -110,8 +110,9 @@ fn series(fitted: Fitted, sigma: &[f64]) -> Vec<Series> {
 }
 
 /// Observed and simulated values of a measurement, one series per coordinate, in the unit of its file, without curve
-/// and name of the experiment. A simulated value is the observed one plus its residual; `residuals` are in units of
-/// `residual_sigma`. `sigma` is the reported noise.
+/// and name of the experiment. A simulated value is the observed one plus its residual times its standard deviation:
+/// `residual_sigma` times the factor of the value. `residuals` are those of the first values up to a horizon; later
+/// values are left out. `sigma` is the reported noise.
 pub(crate) fn measurement_series(
     problem: &Problem,
     measurement: &Measurement,
@@ -174,7 +175,8 @@ pub(crate) fn add_motion(search: &Search, x: &[f64], plots: &mut PlotData) -> Re
         for measurement in &experiment.measurements {
             let curves = match (measurement.motion(), measurement.shape(), &resting) {
                 (Some(own), ..) => motion_curves(own, &run, &view)?,
-                // A shape at rest is a curve over the arc length, through all nodes; markers beside it are not on the curve.
+                // A shape at rest is a curve over the arc length, through all nodes; markers beside it are not on the
+                // curve.
                 (_, Some(own), Some(shape)) if !own.is_beside() => [0, 1, 2].map(|c| {
                     let points = run.problem.arc_lengths().iter().zip(&shape.nodes);
                     points.map(|(s, x)| [*s, x[c]]).collect()
@@ -198,8 +200,8 @@ pub(crate) fn add_motion(search: &Search, x: &[f64], plots: &mut PlotData) -> Re
 type CoordinateCurves = [Vec<[f64; 2]>; 3];
 
 /// The simulated x, y and z of a recorded point, m, as the camera records them, over the clock of its recording, s.
-/// There are [`CURVE`] intervals between its first and last sample; empty without a simulated motion. Error: a point
-/// outside the rod or the structure, or a time outside of the simulation.
+/// There are [`CURVE`] intervals between its first and last sample. The last state stands for times after the end of
+/// the simulation. Empty without a simulated motion. Error: a point outside the rod or the structure.
 fn motion_curves(
     own: &PointMotion,
     run: &ExperimentRun,

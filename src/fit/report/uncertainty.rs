@@ -3,9 +3,9 @@
 //! Input: a [`FitReport`]. Output: its summary with the discretization error of each parameter (correction and
 //! remaining error), in per cent, or in the unit of a parameter that may be zero. Intervals by other methods follow, as
 //! far as they were computed: observed information, differences between experiments, profile likelihood (an open end is
-//! `none`), bootstrap. The table of estimates by each experiment is next, if the differences give a reported interval.
-//! The strongest correlations (at most [`CORRELATIONS`]), ratios to the density, uncertainty budgets and input
-//! sensitivities are last.
+//! `none`), bootstrap. The table of estimates by each experiment is next, if the differences between them give a
+//! reported interval. The strongest correlations (at most [`CORRELATIONS`]), ratios of parameters to the density,
+//! uncertainty budgets and input sensitivities are last.
 
 use crate::fit::report::estimate_table::is_from_clusters;
 use crate::fit::report::experiment_estimates::add_experiment_estimates;

@@ -25,7 +25,7 @@ pub(crate) fn add_validation_error(summary: Summary, report: &FitReport) -> Summ
 /// The text of the errors of the validation data of a `report`; `None` without any. For held-out recordings with
 /// prescribed ends it has the mean, median and worst of their mean errors, m per coordinate, or the mean alone of a
 /// single one. Otherwise it has the RMS errors of the held-out measurements with the unit of the first one: median and
-/// worst, or of a single one its error and the expected one. The worst is named.
+/// worst, or of a single one its error and the expected one. The name of the worst one is added.
 fn validation_text(report: &FitReport) -> Option<String> {
     if let Some(held_out) = report.recordings.as_ref().and_then(|r| r.held_out.as_ref()) {
         let [mean, median, worst] =

@@ -1,17 +1,18 @@
 //! Coarse models of the experiments: few edges and large time steps, for the many simulations of a scan.
 //!
 //! Input: a search with its experiments, the first period of each, s, and a number of steps in it. The mesh has at
-//! least [`COARSE_SEGMENTS`] edges (per rod of a structure) and [`COARSE_PER_MODE`] per measured mode. Its turning
-//! angle per edge is at most [`COARSE_TURN`], or [`COARSE_CORRECTED_TURN`] for elements that are corrected for the
-//! curvature. A mesh that is coarser already stays. The step is the first period over the number of steps, at most one
-//! that resolves moving supports and signals, never below that of the scene. The numerical damping of the scene stays,
-//! and a scheme with a stability limit becomes the default one. Step and scheme stay if Newmark's beta is an unknown of
-//! the experiment. A rod driven by a recording keeps its mesh, a structure with a recording also its step and scheme.
+//! least [`COARSE_SEGMENTS`] edges (per rod of a structure) and [`COARSE_PER_MODE`] times the highest measured mode.
+//! Its turning angle per edge is at most [`COARSE_TURN`], or [`COARSE_CORRECTED_TURN`] for elements that are corrected
+//! for the curvature. A mesh that is coarser already stays. The step is the first period over the number of steps, at
+//! most one that resolves moving supports and signals, never below that of the scene. The numerical damping of the
+//! scene stays, and a scheme with a stability limit becomes the default one. Step and scheme stay if Newmark's beta is
+//! an unknown of the experiment. A rod driven by a recording keeps its mesh, a structure with a recording also its step
+//! and scheme.
 //!
-//! Output: [`ScanModel`] with these experiments, or with copies of the full ones. It returns a search over them
-//! (`search`), and converts points between both models (`to_full_model`, `reduced_point`). `from_full_model` has the
-//! copies, for use where coarse models fail. `ln E` differs by four times the logarithm of the ratio of the free
-//! lengths on both meshes; other unknowns are equal. A coarse scene that is not valid is an error.
+//! Output: [`ScanModel`] with these experiments, or with copies of the full ones (`from_full_model`), for use where
+//! coarse models fail. It returns a search over them (`search`), and converts points between both models
+//! (`to_full_model`, `reduced_point`). `ln E` of Young's modulus differs by four times the logarithm of the ratio of
+//! the free lengths on both meshes; other unknowns are equal. A coarse scene that is not valid is an error.
 
 use crate::error::Error;
 use crate::fit::measurement::experiment::Experiment;

@@ -2,11 +2,11 @@
 //! motion there: the objective is flat, and a descent stops.
 //!
 //! [`Search::with_raised_damping`] takes an optimum. Each parameter that may vanish ([`may_vanish`]: a damping, a drag
-//! or the like) has a quadratic model of the objective over its value `d`. The minimum of the model is at `d (1 -
-//! g/c)`, with slope `g` and Gauss-Newton curvature `c` of the objective over `ln d`. Parameters whose minimum is more
-//! than [`LEAST_RISE`] times their value start there, or at their bound, all in one further fit of the full model. The
-//! other unknowns start at the optimum. Output: the new optimum if its objective is lower. It is the given one
-//! otherwise, also if no parameter is raised or the fit fails. An interruption is an error.
+//! or the like) has a quadratic model of the objective over its value `d`. The minimum of the model is at
+//! `d (1 - g/c)`, with slope `g` and Gauss-Newton curvature `c` of the objective over `ln d`. Parameters whose minimum
+//! is more than [`LEAST_RISE`] times their value start there, or at their bound, all in one further fit of the full
+//! model. The other unknowns start at the optimum. Output: the new optimum if its objective is lower. It is the given
+//! one otherwise, also if no parameter is raised or the fit fails. An interruption is an error.
 
 use crate::error::{Error, none_on_failure};
 use crate::fit::search::Search;
@@ -17,8 +17,7 @@ use crate::fit::unknown::Unknown;
 /// threshold costs more descents.
 const LEAST_RISE: f64 = 10.0;
 
-/// Whether zero is allowed for the parameter of an unknown and switches its effect off (`may_vanish`): a damping, a
-/// drag or the like.
+/// Whether the parameter of an unknown is one that may be zero, and then has no effect: a damping, a drag or the like.
 pub(crate) fn may_vanish(unknown: &Unknown) -> bool {
     unknown.parameter.quantity().may_vanish
 }
@@ -26,8 +25,9 @@ pub(crate) fn may_vanish(unknown: &Unknown) -> bool {
 impl Search<'_> {
     /// The optimum of a further fit from larger dampings, if that has a lower objective; else the same optimum, also
     /// where no damping is raised or the fit fails. The start of each damping is the minimum of the parabola of the
-    /// objective over the damping itself, if more than [`LEAST_RISE`] times its value. Its curvature is that of
-    /// Gauss-Newton, with the leverage weights. A start beyond a bound is moved to it. An interruption is an error.
+    /// objective over the damping itself, if more than [`LEAST_RISE`] times its value at the optimum. The curvature of
+    /// the parabola is that of Gauss-Newton, with the leverage weights. A start beyond a bound is moved to it. An
+    /// interruption is an error.
     pub fn with_raised_damping(&self, optimum: Optimum) -> Result<Optimum, Error> {
         let losses = self.all_residuals()?.weighted_losses();
         let mut start = optimum.x.clone();

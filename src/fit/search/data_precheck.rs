@@ -9,10 +9,10 @@
 //! the suspicions if the fit does not explain the data; `explain` adds them to the error of a search that failed. A
 //! start beyond the second [`START_DISTANCE`] is an error, and so is a point that is not on the rod.
 //!
-//! Time scale: consider a straight rod at rest that is released under its weight alone. The mean of a point's way down
-//! times the square of its circular frequency is about the acceleration of gravity, whatever the material of the rod.
-//! It is 1.55 of it at the tip of a cantilever, 1.30 in the middle between two walls. Wrong clocks and wrong scales
-//! change that number.
+//! Time scale: consider a straight rod at rest that is released under its weight alone. The mean displacement of a
+//! point downward times the square of its circular frequency is about the acceleration of gravity `g`, whatever the
+//! material of the rod. It is `1.55 g` at the tip of a cantilever, `1.30 g` in the middle between two walls. Wrong
+//! clocks and wrong scales change that number.
 
 use crate::code::Code;
 use crate::error::Error;
@@ -39,31 +39,31 @@ const NODE_DISTANCE: f64 = 0.5;
 /// Distance of a first sample, in standard deviations of the noise, that noise explains. A larger number accepts starts
 /// that are farther away in noisy data.
 const START_NOISE: f64 = 6.0;
-/// Smallest spread of the way down whose time scale is checked, in standard deviations of the noise. A smaller one
-/// checks motions that noise dominates.
+/// Smallest spread of the displacement along gravity whose time scale is checked, in standard deviations of the noise.
+/// A smaller one checks motions that noise dominates.
 const SWING_NOISE: f64 = 4.0;
 /// Smallest cosine of the angle between the directions from the wall to the start in the scene and the recorded start
 /// at which a wrong scale is the likely cause. A smaller one attributes wrong origins to the scale.
 const SAME_DIRECTION: f64 = 0.98;
-/// Plausible range of the mean way down times the square of the circular frequency, over gravity (no unit). A wider
-/// range finds fewer wrong clocks and scales, a narrower one suspects correct ones.
+/// Plausible range of the mean displacement along gravity times the square of the circular frequency, over gravity (no
+/// unit). A wider range finds fewer wrong clocks and scales, a narrower one suspects correct ones.
 const TIME_SCALE: [f64; 2] = [0.3, 6.0];
-/// The typical value in that range, by which the warning computes the likely factors.
+/// The typical value in [`TIME_SCALE`], by which the warning computes the likely factors.
 const TYPICAL_TIME_SCALE: f64 = 1.4;
 /// Largest cosine of the angle between the straight rod and gravity at which the time scale is checked: a rod along
 /// gravity does not fall.
 const LARGEST_SLOPE: f64 = 0.9;
-/// Mean way up, over the spread of the way, above which the point moves against gravity. A smaller ratio suspects noisy
-/// or sideways motions.
+/// Mean displacement against gravity, over the spread of the displacement, above which the point moves up. A smaller
+/// ratio suspects noisy or sideways motions.
 const UPWARD: f64 = 0.5;
-/// Distance from the mean, over the spread of the way, after which a return counts as a pass of the mean. A smaller one
-/// counts noise.
+/// Distance from the mean, over the spread of the displacement, after which a return counts as a pass of the mean. A
+/// smaller one counts noise.
 const SWING: f64 = 0.3;
-/// Smallest fraction of the last quarter of the record in the whole way of a point that still falls. A smaller fraction
-/// includes points that have come to rest.
+/// Smallest fraction of the last quarter of the record in the whole displacement of a point that still falls. A smaller
+/// fraction includes points that have come to rest.
 const STILL_FALLING: f64 = 0.2;
-/// Smallest plausible way of a point that still falls at the end of the recording, over that of a free fall in the same
-/// time. A larger one suspects more recordings.
+/// Smallest plausible displacement of a point that still falls at the end of the recording, over that of a free fall in
+/// the same time. A larger one suspects more recordings.
 const SLOWEST_FALL: f64 = 0.2;
 /// Largest spread (standard deviation) of positions that may be noise without motion, over the length of the rod.
 /// Larger motions are fitted without the test.
@@ -98,9 +98,9 @@ pub(crate) struct Suspicion {
 }
 
 impl DataPrecheck {
-    /// Checks the `fitted` experiments. The last one without any motion gives the fatal reason. Experiments with an
-    /// unknown of the camera or the clamp angle, which change the recorded start, have no other checks. In the others
-    /// each released motion may add suspicions: a late release, a far start, and (without a late release) an
+    /// Checks the `fitted` experiments. The fatal reason is that of the last experiment without any motion. Experiments
+    /// with an unknown of the camera or the clamp angle, which change the recorded start, have no other checks. In the
+    /// others each released motion may add suspicions: a late release, a far start, and (without a late release) an
     /// implausible time scale. Constant coordinates and repeated frames are left empty, for the caller to set. An error
     /// for a start too far from the point in the scene, or a point that is not on the rod.
     pub fn new(fitted: &[Experiment], unknowns: &[Unknown]) -> Result<Self, Error> {
@@ -182,7 +182,7 @@ impl Experiment {
 impl PointMotion {
     /// Whether the positions are constant but for white noise. Spreads (standard deviations) up to 1e-9 of the rod's
     /// `length`, m, are. Those above [`STILL`] lengths, or [`STILL_SIGMAS`] times a given noise `sigma`, m, are not.
-    /// Between, the deviations from the mean of every observed coordinate must be white noise by all tests, with at
+    /// Between, the deviations from the mean of every observed coordinate must be white noise without a trend, with at
     /// least [`ENOUGH`] samples.
     fn is_still(&self, length: f64, sigma: Option<f64>) -> bool {
         let spread = self.spread();
@@ -248,8 +248,8 @@ struct Release<'a> {
 
 impl<'a> Release<'a> {
     /// The release in a `measurement`, with the position of the point at rest as the camera records it and the noise
-    /// (given, or [estimated](PointMotion::noise)). `None` if it is no motion, the scene does not start at rest, or
-    /// there are no samples. An error for a point that is not on the rod.
+    /// (given, or [estimated](PointMotion::noise)). `None` if it is no motion, the scene is a structure or does not
+    /// start at rest, or there are no samples. An error for a point that is not on the rod.
     fn new(
         experiment: &'a Experiment,
         measurement: &'a Measurement,
@@ -307,9 +307,10 @@ impl<'a> Release<'a> {
     }
 
     /// The warning text that the recording starts away from the position of the point in the scene, with the likely
-    /// cause. Of the first three observed samples the nearest counts. Its distance is that less the largest speed times
-    /// its time and less [`START_NOISE`] standard deviations of the noise. `None` up to the first [`START_DISTANCE`] of
-    /// the length; an error above the second. `label` names the measurement.
+    /// cause. The excess distance of a sample is its distance from that position, less the largest speed times its time
+    /// and [`START_NOISE`] standard deviations of the noise. The smallest excess of the first three observed samples
+    /// counts. `None` up to the first [`START_DISTANCE`] of the length; an error above the second. `label` names the
+    /// measurement.
     fn check_start_position(&self, label: &str) -> Result<Option<String>, Error> {
         let samples = &self.observation.samples;
         let length = self.experiment.problem.length();
@@ -389,13 +390,14 @@ impl<'a> Release<'a> {
     }
 
     /// The warning text for a straight rod under its weight whose point moves up, falls too slowly, or swings too
-    /// slowly or too fast. `label` names the measurement. The text has factors on time or length that would be
-    /// consistent. Below two passes of the mean position a point that still falls is compared with a free fall
-    /// ([`SLOWEST_FALL`]). With three or more passes, `mean way down * (pi/half period)^2/g` must be in [`TIME_SCALE`];
-    /// the half period is the mean time between passes, at least three samples. `None` if plausible, with two passes,
-    /// within [`SWING_NOISE`] of the noise, or not checked. Checked are points in the half of a rod away from its only
-    /// support, or in the middle half between two supports. Not checked are other shapes, free rods, no gravity, other
-    /// loads, drag, driven ends, initial velocities, and rods nearly along gravity.
+    /// slowly or too fast; `None` if the motion is plausible or not checked. `label` names the measurement. The text
+    /// has factors on time or length that would be consistent. With fewer than two passes of the mean position, a point
+    /// that still falls is compared with a free fall ([`SLOWEST_FALL`]). With three or more passes, the mean
+    /// displacement along gravity times `(pi/half period)^2/g` must be in [`TIME_SCALE`]; the half period is the mean
+    /// time between passes, and must be at least three samples. Exactly two passes, and a spread below [`SWING_NOISE`]
+    /// times the noise, are not checked. Checked are points in the half of a rod away from its only support, or in the
+    /// middle half between two supports. Not checked are other shapes, free rods, no gravity, other loads, drag, driven
+    /// ends, initial velocities, and rods nearly along gravity.
     fn check_time_scale(&self, label: &str) -> Option<String> {
         let problem = &self.experiment.problem;
         let scene = problem.scene();

@@ -6,17 +6,16 @@
 //! value to start from, the full model is scanned over the first period instead. Only Young's modulus has several
 //! values there. Up to [`DESCENTS`] minima of the scan (at most [`COMPETITIVE`] times the lowest) are then starts. Each
 //! fit is repeated from larger dampings where these are near zero. Output: the optimum with the lowest objective, and
-//! its leverage weights in the search. If no start leads to an optimum, that is an error; so is an interruption.
+//! its leverage weights in the search (`driven_optimum`). If no start leads to an optimum, that is an error; so is an
+//! interruption.
 //!
 //! Where such a rod whips, the motion depends extremely on the parameters and on effects that the model lacks: values
-//! there have derivatives far above all others, and would dominate the fit. The leverage of a value is `sqrt(sum_j
-//! J_ij^2/sum_k J_kj^2)`: its share of the squared derivatives of all values by an unknown, summed over the unknowns.
-//! Values whose leverage exceeds [`MAX_LEVERAGE`] medians get the weight limit over leverage. Weights and fits
-//! alternate; the weights are computed at most [`WEIGHTINGS`] times. The sum over the unknowns keeps local effects: a
-//! curvature of the rod at one place moves the markers there far more than the others without a whip.
-//!
-//! `is_displacement_driven` returns whether a search is of this kind, and `driven_optimum` is the search.
-//! `driven_start` and `scene_value` return the start of an unknown and its value in the scene, in its unit.
+//! there have derivatives far above all others, and would dominate the fit. The leverage of a value is
+//! `sqrt(sum_j J_ij^2/sum_k J_kj^2)`, with the derivative `J_ij` of value `i` by unknown `j`: its fraction of the
+//! squared derivatives of all values by an unknown, summed over the unknowns, and the root. Values whose leverage
+//! exceeds the limit of [`MAX_LEVERAGE`] medians get the weight `limit/leverage`. Weights and fits alternate; the
+//! weights are computed at most [`WEIGHTINGS`] times. The sum over the unknowns keeps local effects: a curvature of the
+//! rod at one place moves the markers there far more than the others without a whip.
 
 use crate::error::Error;
 use crate::fit::measurement::experiment::Experiment;
@@ -169,11 +168,12 @@ impl Search<'_> {
         (value > 0.0 || !unknown.parameter.is_positive()).then_some(value)
     }
 
-    /// Fits the whole recordings from the start `x`, on the unknowns' scales. Leverage weights at the start, loose fits
-    /// and weights at their ends alternate until no weight changes by [`SAME_WEIGHT`], with at most [`WEIGHTINGS`]
-    /// weightings. A final fit with full tolerances follows, and another one from [larger
-    /// dampings](Search::with_raised_damping) where these are near zero. Its end is recorded as a minimum in the
-    /// journal. The weights become those of the search. An error if the start or one of the fits fails.
+    /// Fits the whole recordings from the start `x`, on the unknowns' scales. Leverage weights at the start, fits with
+    /// loose tolerances and weights at their ends alternate. They end when the logarithm of every weight changes by
+    /// less than [`SAME_WEIGHT`], or after [`WEIGHTINGS`] weightings. A final fit with full tolerances follows, and
+    /// another one from [larger dampings](Search::with_raised_damping) where these are near zero. Its end is recorded
+    /// as a minimum in the journal. The weights become those of the search. An error if the start or one of the fits
+    /// fails.
     fn fit_driven(&mut self, x: Vec<f64>) -> Result<Optimum, Error> {
         self.leverage_weights.clear();
         let residuals = self.all_residuals()?;
@@ -204,9 +204,10 @@ impl Search<'_> {
     }
 }
 
-/// The leverage weight of every residual, from the rows of the Jacobian in units of the noise. The leverage of row `i`
-/// is `sqrt(sum_j J_ij^2/sum_k J_kj^2)`, without columns below [`NO_EFFECT`]; above [`MAX_LEVERAGE`] medians of the
-/// nonzero leverages the weight is this limit over the leverage, else 1. Empty where all are 1.
+/// The leverage weight of every row of the Jacobian `J` in units of the noise, also of the rows of priors. The leverage
+/// of row `i` is `sqrt(sum_j J_ij^2/sum_k J_kj^2)`, without columns with a norm below [`NO_EFFECT`]. Above
+/// [`MAX_LEVERAGE`] medians of the nonzero leverages the weight is this limit over the leverage, else 1. Empty where
+/// all are 1.
 fn weights_by_leverage(rows: &[Vec<f64>]) -> Vec<f64> {
     // The leverage of a row: its part of the squared norm of each column, summed over the columns.
     let mut squares = vec![0.0; rows.len()];

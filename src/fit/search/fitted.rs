@@ -2,13 +2,13 @@
 //!
 //! [`Fitted`] pairs both. Its methods return results for the fitted values. `measured` iterates over the measurements
 //! with their rows of the residual vector ([`MeasuredResiduals`]): sigma in the unit of the measurement, and plain
-//! residuals in units of sigma, without robust loss and leverage weights; its `size` is that of the measured effect, in
-//! the unit of the measurement. `problem` is the problem of an experiment with the fitted values of its unknowns.
+//! residuals in units of sigma, without robust loss and leverage weights. `problem` is the problem of an experiment
+//! with the fitted values of its unknowns; `problem_at` is the same for any point of the unknowns on their scales.
 //! [`Search::optimum_with_held`] is a further fit of the full model over all other unknowns with one held (on its
 //! scale), for profile likelihoods; the journal stays. [`Fitted::without_undetermined`] holds the given unknowns, those
 //! that the data do not determine, at their values. It fits the others, and replaces the minimum in the journal. Failed
-//! fits, and scenes that do not allow the values, are errors. `problem_at` is the same for any point of the unknowns on
-//! their scales, and `leverage_weight` the weight of a residual in the search.
+//! fits, and scenes that do not allow the values, are errors. `leverage_weight` is the weight of a residual in the
+//! search.
 
 use crate::error::Error;
 use crate::fit::measurement::Measurement;
@@ -32,7 +32,7 @@ pub(crate) struct MeasuredResiduals<'a> {
     pub index: usize,
     pub experiment: &'a Experiment,
     pub measurement: &'a Measurement,
-    /// Unit of the residuals, in the unit of the measurement.
+    /// Standard deviation in the unit of the measurement, by which the residuals are divided.
     pub sigma: f64,
     /// Plain residuals, in units of sigma.
     pub residuals: &'a [f64],

@@ -3,14 +3,11 @@
 //! [`ScanGrid`] has the misfit at all combinations of values on the unknowns' scales; it is infinite where a simulation
 //! failed. Three results are computed from it. `landscape` is the misfit over each unknown with at least
 //! [`FEWEST_VALUES`] values (in its unit), minimized over the others, for reports; `line` is the same for one unknown
-//! on its scale. `minima` are the points below all neighbors, diagonal ones included, the lowest first. Points at the
-//! end of an axis with [`FEWEST_VALUES`] or more values are none. `descent_bound` is a lower bound of the misfit that a
-//! descent from a point can reach, by which the search omits hopeless starts. It is minus infinity if an axis has fewer
-//! than [`FEWEST_VALUES`] values, else infinite for a point that is not below all its neighbors. Otherwise it is the
-//! misfit less the rises to the neighbors on both sides along every axis (at an end, twice the one side).
-//!
-//! `Landscape` is the misfit over one parameter, `GridPoint` a point of the grid with its misfit, and `GridMinimum` a
-//! minimum with the spacing of the grid around it.
+//! on its scale. `minima` are the points below all neighbors, diagonal ones included, the lowest first, without points
+//! at the end of an axis that has [`FEWEST_VALUES`] or more values. `descent_bound` is a lower bound of the misfit that
+//! a descent from a point can reach, by which the search omits hopeless starts. It is minus infinity if an axis has
+//! fewer than [`FEWEST_VALUES`] values, else infinite for a point that is not below all its neighbors. Otherwise it is
+//! the misfit less the rises to the neighbors on both sides along every axis (at an end, twice the one side).
 
 use crate::fit::unknown::Unknown;
 use crate::numerics::total_order;
@@ -111,7 +108,7 @@ impl ScanGrid {
     }
 
     /// Whether the misfit of the point with this number is below those of all its neighbors, diagonal ones included. Of
-    /// equal ones the first in the order of the indices is lowest.
+    /// neighbors with an equal misfit the first one in the order of the indices counts as lowest.
     fn is_lowest(&self, point: usize) -> bool {
         let (own, misfit) = (self.indices(point), self.points[point].misfit);
         self.neighbors(&own).iter().all(|other| {
@@ -166,8 +163,8 @@ impl ScanGrid {
     }
 
     /// The points with a finite misfit below those of all neighbors, diagonal ones included, the lowest first. Each has
-    /// its spacing on every axis, the larger distance to the next value. A point at an end of an axis is none, unless
-    /// the axis has fewer than [`FEWEST_VALUES`] values.
+    /// its spacing on every axis, the larger distance to the next value. A point at an end of an axis is no minimum,
+    /// unless the axis has fewer than [`FEWEST_VALUES`] values.
     pub fn minima(&self) -> Vec<GridMinimum> {
         let is_minimum = |point: usize| {
             let is_inner = |(i, axis): (&usize, &Vec<f64>)| {

@@ -11,13 +11,9 @@
 //!
 //! A scan replaces the last one. Minima are ends of fits of the full model to the whole records. `move_minimum` removes
 //! all minima within [`SAME`] of a point and adds another one. Their distance is the largest difference of any unknown,
-//! on its scale (logarithm of a positive parameter). The convergence history, the scan and the local minima of the fit
-//! report come from here. `scanned_line` and `scanned_values` return the last scan along one unknown. `add_numerics`
-//! numbers the meshes and steps, by which minima are distinguished.
-//!
-//! `visit` adds a point, `set_scan` a scan, and `add_minimum` a minimum; `clear_minima` removes all minima. `minima`
-//! are copies of them, and `best` is the best point. `landscape` and `local_minima` are the parts of the report. An
-//! [`Iterate`] is a point of the history, its `rms` the RMS residual in units of the final sigmas.
+//! on its scale (logarithm of a positive parameter). `add_numerics` numbers the meshes and steps, by which minima are
+//! distinguished. The convergence history, the scan (`landscape`) and the local minima of the fit report come from
+//! here.
 
 use crate::fit::search::grid::{Landscape, ScanGrid};
 use crate::fit::search::local_minima::{LocalMinima, SAME, distance, local_minima};
@@ -91,7 +87,8 @@ pub(crate) struct Visit {
     pub counts: Vec<usize>,
 }
 
-/// An evaluated point in the history: sums of squares instead of residuals, without weights.
+/// An evaluated point in the history: sums of squares by measurement instead of residuals, without the sigmas and
+/// leverage weights.
 #[derive(Debug)]
 struct JournalEntry {
     stage: SearchStage,
@@ -107,7 +104,7 @@ struct JournalEntry {
 #[derive(Debug, Default)]
 pub(crate) struct Journal(Mutex<JournalRecords>);
 
-/// Content of the journal: history, best point, last scan, minima.
+/// Content of the journal: history, best point, last scan, minima, and the number of changes of mesh and steps.
 #[derive(Debug, Default)]
 struct JournalRecords {
     history: Vec<JournalEntry>,
@@ -299,7 +296,8 @@ mod tests {
         assert_eq!(journal.history(&unknowns, &[1.0], 1.0).len(), 5);
     }
 
-    /// A search that is stopped just after its sigmas changed still has its best point, with residuals in the new units.
+    /// A search that is stopped just after its sigmas changed still has its best point, with residuals in the new
+    /// units.
     #[test]
     fn best_point_stays_when_sigmas_change() {
         let journal = Journal::default();

@@ -7,11 +7,9 @@
 //! [`LocalMinima`] with the chosen minimum first, other minima of the full model by misfit, and unrefined minima of the
 //! scan (at most [`LISTED`]; the count has all). Each has its values, its misfit and the ratio of that to the lowest
 //! one of the same model. Misfits of the full model are in units of the given sigmas. The summary is a text on the
-//! selection, empty without a chosen minimum (after an interruption). [`distance`] is the largest difference of two
-//! points in any unknown. `without_values` removes the values of minima from the summary, for parameters that the data
-//! do not determine.
-//!
-//! `LocalMinimum` is an entry of the report, and `MinimumSource` the model that found it.
+//! selection, empty without a chosen minimum (after an interruption). `without_values` removes the values of minima
+//! from the summary, for parameters that the data do not determine. [`distance`] is the largest difference of two
+//! points in any unknown.
 
 use crate::fit::search::grid::{GridMinimum, ScanGrid};
 use crate::fit::search::minimum::Minimum;
@@ -157,9 +155,9 @@ pub(crate) fn local_minima(
 
 /// The selection as text: the number of scanned `points` (0: from the given start), the number of minima, and the next
 /// `fitted` one after the chosen one with the ratio of the misfits. The best unrefined minimum of the scan (`scanned`)
-/// follows, with the number of worse ones. `next_is_comparable`: the next one has the mesh of the chosen one. Ratios
-/// are over the chosen minimum for fitted ones, and over the lowest of the scan for scanned ones. Empty without a
-/// chosen minimum.
+/// follows, with the number of worse ones. `next_is_comparable` states whether the next one has the mesh of the chosen
+/// one. Ratios are over the chosen minimum for fitted ones, and over the lowest of the scan for scanned ones. Empty
+/// without a chosen minimum.
 fn summary(
     unknowns: &[Unknown],
     fitted: &[LocalMinimum],

@@ -2,11 +2,10 @@
 //!
 //! Two objectives are comparable only on the same mesh, with the same steps and the same weights. Each [`Minimum`]
 //! therefore has its point on the unknowns' scales, whether the fit converged, the number of its mesh and steps
-//! ("numerics"), and [`Squares`]. These are the sum of squared residuals of each measurement in its own unit squared,
-//! and that of the priors. A third number is the ratio of the robust losses to the squares at the sigmas of the fit (1
-//! if all residuals are zero). `Squares::misfit` returns half the sum of squares in units of any sigmas, priors
-//! included, times this ratio. `with_cost` is a minimum at a point with a given objective, `scaled` one whose objective
-//! is multiplied by a factor.
+//! (`numerics`), and [`Squares`]. These are the sum of squared residuals of each measurement in its own unit squared,
+//! the sum of squares of the priors, and the ratio of the robust losses to all squares at the sigmas of the fit (1 if
+//! all residuals are zero). `Squares::misfit` returns half the sum of squares in units of any sigmas, priors included,
+//! times this ratio.
 
 /// Sums of squared residuals of one point, without the weights of the measurements.
 #[derive(Clone, Debug)]

@@ -5,12 +5,11 @@
 //! compete if their objective is below that of the chosen one (on other meshes: below [`NEAR_OBJECTIVE`] times it), and
 //! if they are more than [`SAME`] away from it. At most [`MOST_FOLLOWED`], the lowest first, are fitted again, on the
 //! final mesh and with the final weights. Their records are replaced by the ends of these fits; fits that fail are
-//! skipped. Output: [`MinimumComparison`] with the lowest end if it is lower than the chosen one, and converged if that
-//! has. If the chosen one has converged, a clearly lower end without convergence is returned for a warning. It is
-//! clearly lower if twice the difference of the objectives exceeds [`EXPLAINED_BY_NOISE`] noise variances. `follow`
-//! records the end of a fit on a new mesh: in place of the former minimum, or as another one. An interruption is an
-//! error. `compare_minima` is this comparison, and [`unreached_minimum_warning`] the text of the warning. `minimum` and
-//! `add_minimum` record the end of a fit in the journal.
+//! skipped. Output of `compare_minima`: [`MinimumComparison`] with the lowest end if it is lower than the chosen one,
+//! and converged if that has. If the chosen one has converged, a clearly lower end without convergence is returned for
+//! a warning ([`unreached_minimum_warning`]). It is clearly lower if twice the difference of the objectives exceeds
+//! [`EXPLAINED_BY_NOISE`] noise variances. An interruption is an error. `follow` records the end of a fit on a new mesh
+//! in the journal: in place of the former minimum, or as another one.
 
 use crate::error::{Error, none_on_failure};
 use crate::fit::search::Search;
@@ -55,10 +54,11 @@ impl<'a> Search<'a> {
 
     /// Fits at most [`MOST_FOLLOWED`] recorded minima again that may be lower than `optimum`, and replaces their
     /// records. `variance` is that of the noise of the residuals, in units of the sigmas squared. `search` in the
-    /// result is a copy whose optimizer ends where the objective hardly changes. `lower` is the lowest of their ends,
-    /// if lower than `optimum` and more than [`SAME`] away; it must have converged if `optimum` has. If `optimum` has
-    /// converged, `unreached` is the last end without convergence whose doubled objective is below the lowest so far by
-    /// more than [`EXPLAINED_BY_NOISE`] variances. Failed fits are skipped; an interruption is an error.
+    /// result is a copy whose optimizer ends where the objective hardly changes. `lower` is the lowest of the ends of
+    /// these fits, if lower than `optimum` and more than [`SAME`] away; it must have converged if `optimum` has. If
+    /// `optimum` has converged, `unreached` is the last end without convergence whose doubled objective is below that
+    /// of the lowest so far by more than [`EXPLAINED_BY_NOISE`] variances. Failed fits are skipped; an interruption is
+    /// an error.
     pub fn compare_minima(
         &self,
         optimum: &Optimum,
@@ -79,7 +79,8 @@ impl<'a> Search<'a> {
             let Some(found) = none_on_failure(found)? else { continue };
             self.journal.move_minimum(&other.x, self.minimum(&found));
             ends.push(found.x.clone());
-            // A lower converged minimum replaces the chosen one; a clearly lower point without convergence is a warning.
+            // A lower converged minimum replaces the chosen one; a clearly lower point without convergence is a
+            // warning.
             let least = comparison.lower.as_ref().unwrap_or(optimum).cost;
             let clearly = 2.0 * (least - found.cost) > EXPLAINED_BY_NOISE * variance;
             let is_other = distance(&found.x, &optimum.x) > SAME;

@@ -18,11 +18,9 @@
 //! scene without time, a stop by the user, and a search in which no start leads to an optimum are errors.
 //!
 //! Methods of [`Search`] here are common to the stages. `residuals` and `all_residuals` are functions of the unknowns
-//! up to given times and over the whole records. `first_periods` and `durations` are such times, s, of each experiment.
-//! `detached` copies a search for a thread, and `with_experiments` continues it on other meshes. `record_visit` adds a
-//! point to the journal, and `report` calls the progress callback. `simulations` is the work so far in full
-//! simulations, and `is_stopped` whether the user stopped the fit. `new` starts with the given sigmas, or preliminary
-//! ones, and no leverage weights.
+//! up to given times (horizons) and over the whole records. `first_periods` and `durations` are such times, s, of each
+//! experiment. `detached` copies a search for a thread, and `with_experiments` continues it on other meshes. `new`
+//! starts with the given sigmas, or preliminary ones, and no leverage weights.
 
 pub(crate) mod coarse;
 pub(crate) mod damping;
@@ -55,7 +53,8 @@ use std::sync::Arc;
 /// Receives the stage of a fit, and its work so far in full simulations.
 pub type Progress = Arc<dyn Fn(&str, f64) + Send + Sync>;
 
-/// Smallest number of samples in the first horizon of a search. Fewer may not determine the unknowns.
+/// Smallest number of samples in the first horizon, the time up to which a search first fits the records. Fewer may not
+/// determine the unknowns.
 const FIRST_SAMPLES: usize = 8;
 /// Additional samples in the first horizon for each unknown. More lengthen the first horizon, over which the misfit
 /// should have few minima.
@@ -121,8 +120,8 @@ impl<'a> Search<'a> {
 
     /// A copy of the search with the same experiments, unknowns, sigmas, leverage weights and tolerance. Its counter of
     /// the work is zero and its journal empty, both its own; `numerics` is 0. It has no progress callback, no
-    /// suspicion, and stops neither at the first fit nor where the objective hardly changes. Threads run such searches
-    /// side by side, and the caller adds their work.
+    /// suspicion, and stops neither at the first fit nor where the objective hardly changes. Several threads run such
+    /// searches at the same time, and the caller adds their work.
     pub fn detached(&self) -> Self {
         Self {
             // The caller adds the work of threads in a fixed order, and decides which points enter the journal.

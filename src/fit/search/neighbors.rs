@@ -3,12 +3,12 @@
 //! Where the stiffness hardly changes the motion, as that of a pendulum's arm, every value explains most of it. The
 //! grid of the scan is then too coarse for the minima. A fit ends in a wrong minimum with residuals of about 1 % of the
 //! motion, which are correlated. Input: such an optimum. The objective of a coarse model over [`PERIODS`] first periods
-//! is evaluated on lines through it, along one unknown each. Their steps are [`SPACING`] on the logarithmic scale,
-//! finer than those of the scan. If the coarse model fails at the optimum, the full one is used. There are at most
-//! [`MOST_LINES`] lines, along scanned positive parameters other than dampings; points are strictly within the bounds.
-//! Output: starts on the unknowns' scales, at most [`MOST_STARTS`], the lowest first. They are the minima on these
-//! lines farther than half a [`SPACING`] from the optimum and below [`HIGHEST`] times its objective in the same model.
-//! An interruption, and a coarse scene that is not valid, are errors. `neighboring_starts` returns them.
+//! is evaluated on lines through it, along one unknown each. Their points are [`SPACING`] apart on the logarithmic
+//! scale, closer than those of the scan. If the coarse model fails at the optimum, the full one is used. There are at
+//! most [`MOST_LINES`] lines, along scanned positive parameters other than dampings; points are strictly within the
+//! bounds. Output: starts on the unknowns' scales, at most [`MOST_STARTS`], the lowest first. They are the minima on
+//! these lines farther than half a [`SPACING`] from the optimum and below [`HIGHEST`] times its objective in the same
+//! model. An interruption, and a coarse scene that is not valid, are errors.
 
 use crate::error::{Error, none_on_failure};
 use crate::fit::search::Search;

@@ -6,12 +6,13 @@
 //! converge after [`PATIENCE`] steps that hardly lower the objective. The largest number of iterations, and a point
 //! from which no step lowers the objective, end a run without convergence. Bounds and the length of logarithmic steps
 //! ([`LONGEST_LOG_STEP`]) limit each step. A last step below [`LAST_STEP`] standard errors is taken without a
-//! simulation. Output: [`Optimum`] with the point, the cost (half the sum of the losses), residuals and Jacobian
-//! (robust loss and leverage weights inverted), and the reason of the end. A start that cannot be simulated is an
-//! error, and so are a last step that cannot be, and an interruption. `optimize` is one run. `polish` fits the full
-//! model to the whole records; `polish_from_runs`, `polish_reweighted` and `polish_from` do so from a start that is
-//! simulated already. Iterates of a run with a stage enter the journal of the search. `into_evaluation` is an optimum
-//! as a start that is not simulated again. `local_minima` is the report of the minima in the journal.
+//! simulation: residuals and cost are then those of the linear model, and the Jacobian is that of the iterate before.
+//! Output: [`Optimum`] with the point, the cost (half the sum of the losses), residuals and Jacobian (robust loss and
+//! leverage weights inverted), and the reason of the end. A start that cannot be simulated is an error, and so are a
+//! failure of the last trial of a run that finds no lower objective, and an interruption. `optimize` is one run.
+//! `polish` fits the full model to the whole records; `polish_from_runs`, `polish_reweighted` and `polish_from` do so
+//! from a start that is simulated already. Iterates of a run with a stage enter the journal of the search.
+//! `into_evaluation` converts an optimum to a start that is not simulated again.
 
 use crate::error::Error;
 use crate::fit::measurement::loss::WeightedLoss;
@@ -86,7 +87,7 @@ impl Optimum {
 impl Search<'_> {
     /// Fits the full model to the whole records by the Levenberg-Marquardt method from the point `start`, on the
     /// unknowns' scales. Sigmas and leverage weights are those of the search. Iterates enter the journal. An error if
-    /// the start or the last step cannot be simulated, or the user stops.
+    /// the start cannot be simulated, no step lowers the objective and the last trial fails, or the user stops.
     pub fn polish(&self, start: &[f64]) -> Result<Optimum, Error> {
         self.finish(self.all_residuals()?, start)
     }
@@ -142,8 +143,8 @@ impl Search<'_> {
     /// at all without one. The optimum has residuals and Jacobian without losses and weights, and `converged` only if a
     /// convergence criterion ended the run. A last step below [`LAST_STEP`] standard errors (less for a smaller search
     /// tolerance) is taken without another simulation. A start outside of the bounds begins at the nearest bound. The
-    /// other rules are those of the module's header. An error if the start or the last step cannot be simulated, or the
-    /// user stops.
+    /// other rules are those of the module's header. An error if the start cannot be simulated, no step lowers the
+    /// objective and the last trial fails, or the user stops.
     pub fn optimize(
         &self,
         residuals: Residuals,

@@ -1,14 +1,18 @@
 //! Classification of the residuals at an optimum: rounding errors, noise, or motion that the model does not explain.
 //!
 //! Input: an optimum with the residuals of all measurements. Each predicate holds if every measurement satisfies its
-//! criterion. Acceptable (`has_acceptable_residuals`) is an RMS residual of at most [`UNEXPLAINED`] of the motion or
-//! [`ACCEPTABLE_SIGMAS`] given sigmas, or white noise of at most [`WRONG_MINIMUM`] of the motion. Plausible
-//! (`has_plausible_residuals`) is at most [`WRONG_MINIMUM`] of the motion. Measurements of zero size are acceptable and
-//! plausible. Rounding (`is_rounding`) is at most [`ROUNDING`] of the scale of the values: of positions the rod's
-//! length, or a larger motion, of frequencies and readings their size. Noise (`is_noise`: white noise, or rounding
-//! errors of all measurements) is decided by the tests of `misfit::residual_tests` on each coordinate; as an acceptable
-//! residual it needs [`ENOUGH`] values per coordinate. RMS residuals are in the unit of the measurement, by a median
-//! with a robust loss (`spreads`). The search uses these predicates to stop or to continue with other starts.
+//! criterion:
+//!
+//! - `has_acceptable_residuals`: an RMS residual of at most [`UNEXPLAINED`] of the motion or [`ACCEPTABLE_SIGMAS`]
+//!   given sigmas, or white noise of at most [`WRONG_MINIMUM`] of the motion with [`ENOUGH`] values per coordinate.
+//! - `has_plausible_residuals`: an RMS residual of at most [`WRONG_MINIMUM`] of the motion.
+//! - `is_rounding`: at most [`ROUNDING`] of the scale of the values: of positions the rod's length, or a larger motion,
+//!   of frequencies and readings their size.
+//! - `is_noise`: white noise by the tests of `misfit::residual_tests` on each coordinate, or rounding errors of all
+//!   measurements.
+//!
+//! Measurements of zero size are acceptable and plausible. RMS residuals are in the unit of the measurement, by a
+//! median with a robust loss (`spreads`). The search uses these predicates to stop or to continue with other starts.
 //! [`residual_tests()`] returns the tests per coordinate (none of frequencies). They and [`are_residuals_noise`] serve
 //! the warnings and the grade, also for AR(1) noise. `unexplained_fraction` is the RMS residual of all measurements
 //! over the RMS size of their motions, both in sigmas. `significance_level` is that of the tests of one coordinate,
@@ -86,8 +90,8 @@ impl Search<'_> {
         })
     }
 
-    /// Whether the residuals of every coordinate are white noise by all tests, or those of all measurements are
-    /// [rounding errors](Self::is_rounding). Coordinates without tests, as frequencies, do not count.
+    /// Whether the residuals of every coordinate are white noise (no autocorrelation, no trend), or those of all
+    /// measurements are [rounding errors](Self::is_rounding). Coordinates without tests, as frequencies, do not count.
     pub fn is_noise(&self, optimum: &Optimum) -> bool {
         let significance = self.significance_level();
         let mut tests =
@@ -179,9 +183,10 @@ pub(crate) fn residual_tests(
     tests.collect()
 }
 
-/// Whether the residuals of the measurement `own` are white or AR(1) noise by all tests at this level of
-/// `significance`. Their root mean square `rms`, in its unit, must be at most [`WRONG_MINIMUM`] of the motion, with at
-/// least [`ENOUGH`] values per tested coordinate. `correlation` returns the lag-1 correlation of the noise of an axis.
+/// Whether the residuals of the measurement `own` are white or AR(1) noise without a trend at this level of
+/// `significance`. Their root mean square `rms`, in its unit, must be at most [`WRONG_MINIMUM`] of the motion, and
+/// there must be [`ENOUGH`] residuals for each tested coordinate (for one, without tests). `correlation` returns the
+/// lag-1 correlation of the noise of an axis.
 pub(crate) fn are_residuals_noise(
     own: &MeasuredResiduals,
     rms: f64,

@@ -4,10 +4,11 @@
 //! Input: a search, its coarse model and the first period of each experiment, s. The values of an unknown are a range
 //! about its start or prior ([`MODULUS_RANGE`], [`HINT_RANGE`]), or else the range of its kind of parameter, within the
 //! bounds. With a start or prior, a parameter that may be negative has only that value. Some kinds have only their
-//! start or the scene's value, and so have numbers of a structure other than moduli. With driven ends all but Young's
-//! modulus have one value. A refined scan adds values half-way. The grid has at most [`MOST_POINTS`] points: longer
-//! lists are halved. A shear modulus beside an unknown Young's modulus, without start and prior, is [`SHEAR_OF_YOUNGS`]
-//! times that. Where the coarse model fails at a given start, the full model is evaluated.
+//! start or the scene's value, and so have numbers of a structure other than moduli without a start or prior. With
+//! driven ends all but Young's modulus have one value. A refined scan adds values half-way. The grid has at most
+//! [`MOST_POINTS`] points: the longest lists of values are halved until it has. A shear modulus beside an unknown
+//! Young's modulus, without start and prior, is [`SHEAR_OF_YOUNGS`] times that. Where the coarse model fails at a given
+//! start, the full model is evaluated.
 //!
 //! Output: [`Candidate`]s, all points with a finite misfit, with it and a lower bound for a descent from them, on the
 //! unknowns' scales and in coordinates of the coarse model. The grid is stored in the journal. No point that can be
@@ -35,8 +36,8 @@ const MOST_POINTS: usize = 6000;
 /// Number of points between two reports of progress and checks for an interruption. A smaller number reports more
 /// often, but leaves threads idle at the end of each batch.
 const BATCH: usize = 16;
-/// Number of points that a thread evaluates at a time. Points of a share have one set of residuals in common, which
-/// takes time to prepare.
+/// Number of points that a thread evaluates at a time. They have one set of residuals in common, which takes time to
+/// prepare.
 const SHARE: usize = 2;
 /// Range of the scanned values of Young's modulus about its start or prior mean, as factors to both sides. A wider
 /// range finds the minimum from a worse start, at the cost of more points.
@@ -250,10 +251,10 @@ impl Search<'_> {
         (axes, points)
     }
 
-    /// Values of an unknown in the scan, in its unit: a range in the first experiment with measurements that has it.
-    /// `first` are the first periods, s. For rods with recorded ends an unknown other than Young's modulus has one
-    /// value: its start, prior mean or scene value, or else the middle of the range. Empty for an unknown of no
-    /// experiment.
+    /// Values of an unknown in the scan, in its unit: those of [`Unknown::candidates`] for the first experiment with
+    /// measurements that has it, or else the first one that has it. `first` are the first periods, s. For rods with
+    /// recorded ends an unknown other than Young's modulus has one value: its start, prior mean or scene value, or else
+    /// the middle of the range. Empty for an unknown of no experiment.
     fn candidates(&self, unknown: &Unknown, first: &[f64]) -> Vec<f64> {
         let is_single = self.is_displacement_driven() && !unknown.is_stiffness();
         if let Some(start) = self.driven_start(unknown).filter(|_| is_single) {
@@ -325,8 +326,8 @@ impl Unknown {
             (_, None) if self.parameter.is_of_structure() && !self.is_stiffness() => {
                 self.parameter.of(problem.scene()).into_iter().collect()
             }
-            // A start for a structure that follows a recording is not scanned: its motion depends little on the period, and
-            // it may have several moduli.
+            // A start for a structure that follows a recording is not scanned: its motion depends little on the period,
+            // and it may have several moduli.
             (_, Some(value)) if follows_recording(problem) => vec![value],
             (Candidates::Here, _) => {
                 self.start.or(self.parameter.of(problem.scene())).into_iter().collect()
@@ -369,7 +370,7 @@ impl Unknown {
     }
 }
 
-/// Keeps every second value of the longest list, its middle one included, in place, until all lists have at most
+/// Keeps every second value of the longest list, its middle one included, in place, until the lists have at most
 /// [`MOST_POINTS`] combinations. The list of Young's modulus counts as [`MODULUS_SHARE`] times shorter.
 fn thin(lists: &mut [Vec<f64>], unknowns: &[Unknown]) {
     let points = |lists: &[Vec<f64>]| lists.iter().map(|l| l.len() as f64).product::<f64>();

@@ -7,22 +7,19 @@
 //! same factor. So a value there has an error that is as many times larger than its noise as the sensitivities are
 //! larger than a vibration has them: the linear model of the fit, in which only the noise counts, does not hold.
 //!
-//! Input: an optimum with its Jacobian. Let `M(t)` be the largest `|dx/dp|` up to the time `t`, and `M(T)/T` that
-//! within the first period, over its length. The growth is found where both of these hold for a parameter at a time
-//! `t`:
+//! Input: an optimum with its Jacobian. Let `M(t)` be the largest `|dx/dp|` up to the time `t`, and `T` about the first
+//! period. A motion has growth if both of these hold for a parameter at any time `t` after `T`:
 //!
 //! ```text
 //! M(t) > MAX_PHASE_SENSITIVITY (L + v t)        M(t)/t > MAX_LINEAR_GROWTH M(T)/T
 //! ```
 //!
-//! with the length `L` of the rod and about the first period `T`. Derivatives are multiplied by the typical size of the
-//! parameter. From the time on at which the second begins to hold, values get the weight `MAX_LINEAR_GROWTH
-//! (M(T)/T)/(M(t)/t)`, the smallest so far of all such parameters. Output: [`SensitivityGrowth`] per experiment, for
-//! warnings, and a weight of each value. `growths` returns the growth of every experiment (`None` without any), from
-//! given rows or at an optimum. `growth_weights` are the weights of all values, empty without growth, and
-//! `growth_weight` that of one residual. `describe` is the text of a warning. [`Search::with_growth_weights`] fits with
-//! these weights, and weights and fits alternate up to [`MOST_WEIGHTINGS`] times; rods with recorded ends have none.
-//! [`are_alike`] compares two lists of weights.
+//! with the length `L` of the rod and the largest speed `v`. Derivatives are multiplied by the typical size of the
+//! parameter. From the time on at which the second begins to hold for such a parameter, values get the weight
+//! `MAX_LINEAR_GROWTH (M(T)/T)/(M(t)/t)`, the smallest so far of all such parameters. Output: [`SensitivityGrowth`] per
+//! experiment (`None` without growth), for warnings, and a weight of each value (`growth_weights`; empty without
+//! growth). [`Search::with_growth_weights`] fits with these weights, and weights and fits alternate up to
+//! [`MOST_WEIGHTINGS`] times; rods with recorded ends have none. [`are_alike`] compares two lists of weights.
 
 use crate::error::{Error, none_on_failure};
 use crate::fit::measurement::experiment::Experiment;
@@ -51,15 +48,15 @@ const SAME_WEIGHT: f64 = 1.2;
 pub(crate) struct SensitivityGrowth {
     /// Name of the experiment.
     pub experiment: String,
-    /// The last time at which the sensitivities are those of a vibration, s.
+    /// The last recorded time before the first weight below 1, s.
     pub onset: f64,
-    /// The largest ratio of the sensitivities to [`MAX_LINEAR_GROWTH`] times the linear growth of a vibration.
+    /// The largest growth rate over that of the first period, divided by [`MAX_LINEAR_GROWTH`].
     pub excess: f64,
     /// Number of recorded positions after the onset.
     pub later: usize,
     /// Number of recorded positions.
     pub values: usize,
-    /// Weights from their times on, ascending; the first one is 1 from minus infinity on.
+    /// Weights with the times from which on they hold, ascending; the first one is 1 from minus infinity on.
     weights: Vec<TimedWeight>,
 }
 
@@ -154,7 +151,8 @@ impl SensitivityGrowth {
         )
     }
 
-    /// The weight, 0 to 1, of a value at `time`, s: that of the last entry up to this time; 1 before the onset.
+    /// The weight, 0 to 1, of a value at `time`, s: that of the last entry whose time is not later; 1 before the first
+    /// weight below 1.
     fn weight(&self, time: f64) -> f64 {
         let after = self.weights.partition_point(|w| w.time <= time);
         self.weights[after.saturating_sub(1)].weight
@@ -181,7 +179,8 @@ fn samples(
             let mut sigmas = measurement.sigmas(*sigma).into_iter();
             for sample in &observation.samples {
                 let mut squares = vec![0.0; unknowns.len()];
-                // A residual is in units of sigma: times sigma it is a displacement, of which the coordinates are combined.
+                // A residual is in units of sigma: times sigma it is a displacement, of which the coordinates are
+                // combined.
                 for _ in sample.position.iter().flatten() {
                     let (Some(row), Some(sigma)) = (own.next(), sigmas.next()) else { break };
                     for (square, d) in squares.iter_mut().zip(row) {

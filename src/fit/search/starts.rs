@@ -2,20 +2,19 @@
 //!
 //! The misfit over Young's modulus has many minima: a wrong stiffness can match a long vibration every few periods.
 //! Over the first period there is only one. Input: a search with its sigmas. A coarse model is scanned over the first
-//! period. It descends from the best point of the scan and from those that may end lower, over a growing part of the
+//! period. It is fitted from the best point of the scan and from those that may end lower, over a growing part of the
 //! records. The full model is fitted from the ends of the best two, over growing parts of the records, from the horizon
-//! up to which the coarse model is trusted. The remaining points descend only if the residuals of the optimum are more
-//! than noise. Then the given start is tried, if it is outside of the basin of the best optimum and the search does not
-//! stop at the first fit. Further levels ([`LEVELS`]) follow while the optimum is not acceptable or not converged: the
-//! full model from the first period on, then finer scans. Starts near an acceptable minimum follow (`neighbors`) if its
-//! residuals are more than white noise. The search ends at the first converged optimum with acceptable residuals
-//! (`residual_acceptance`) that are white noise. If it stops at the first fit, as on a mesh that the program chose,
-//! plausible residuals suffice. After an optimum it begins no finer scan beyond [`MOST_WORK`], or if the data precheck
-//! found a likely error of the set-up.
+//! (time, s) up to which the coarse model is trusted. It is fitted from the remaining points only if the search has not
+//! ended by then. Then the given start is tried, if it is outside of the basin of the best optimum and the search does
+//! not stop at the first fit. Further levels ([`LEVELS`]) follow while the optimum is not acceptable or not converged:
+//! the full model from the first period on, then finer scans. Starts near an acceptable minimum follow (`neighbors`) if
+//! its residuals are more than white noise.
 //!
-//! Output: the optimum with the lowest objective of all starts; without one the last error. A stop by the user, and a
-//! scan without a point that can be simulated, are errors in any case. `global_optimum` is this search. `given_start`
-//! returns the point of the given starts, with other values of the best optimum or of the scene.
+//! The search ends at the first converged optimum with acceptable residuals (`residual_acceptance`) that are white
+//! noise. If it stops at the first fit, as on a mesh that the program chose, plausible residuals suffice. After an
+//! optimum it begins no finer scan beyond [`MOST_WORK`], or if the data precheck found a likely error of the set-up.
+//! Output (`global_optimum`): the optimum with the lowest objective of all starts; without one the last error. A stop
+//! by the user, and a scan without a point that can be simulated, are errors in any case.
 
 use crate::error::Error;
 use crate::fit::search::Search;
@@ -200,7 +199,8 @@ impl Search<'_> {
                 break;
             }
         }
-        // 4. An acceptable optimum with residuals above white noise may have a lower minimum near it, and that one again.
+        // 4. An acceptable optimum with residuals above white noise may have a lower minimum near it, and that one
+        // again.
         let mut continues = results.has(|b| is_acceptable(b) && !is_final(b));
         for _ in 0..MOST_NEIGHBORHOODS {
             let Some(found) = results.best.clone().filter(|_| continues) else { break };
@@ -232,10 +232,10 @@ impl Search<'_> {
         Ok(())
     }
 
-    /// The start point of the full model, on the unknowns' scales: given starts within the bounds, else the values of
-    /// the `best` optimum, else those of the scene. If no unknown has a start it is the point of the scene, and only if
-    /// its cost is below that of `best`. `None` if a value is missing, or `best` is within [`BASIN`] of it. Without
-    /// `best` it is always returned, if no value is missing.
+    /// The start point of the full model, on the unknowns' scales: given starts (at the nearest bound if outside), else
+    /// the values of the `best` optimum, else those of the scene. If no unknown has a start it is the point of the
+    /// scene, and only if its cost is below that of `best`. `None` if a value is missing, or `best` is within [`BASIN`]
+    /// of it. Without `best` it is always returned, if no value is missing.
     pub fn given_start(&self, best: Option<&Optimum>) -> Option<Vec<f64>> {
         let has_start = self.unknowns.iter().any(|unknown| unknown.start.is_some());
         let at = |(i, unknown): (usize, &Unknown)| {
@@ -245,8 +245,8 @@ impl Search<'_> {
             unknown.start.map(scaled).or(found).or_else(|| self.scene_value(unknown).map(scaled))
         };
         let start: Vec<f64> = self.unknowns.iter().enumerate().map(at).collect::<Option<_>>()?;
-        // A given start is tried unless the best optimum is in its basin; the scene's own values only if they have a lower
-        // cost.
+        // A given start is tried unless the best optimum is in its basin; the scene's own values only if they have a
+        // lower cost.
         let Some(best) = best else { return Some(start) };
         let cost = |start: &Vec<f64>| {
             let found = self.all_residuals().and_then(|residuals| residuals.residuals(start));
@@ -332,8 +332,8 @@ impl Search<'_> {
     }
 
     /// Fits the coarse model up to `horizons`, s, from every candidate on several threads, and replaces point and
-    /// misfit of each by the end of its fit. A candidate whose fit fails stays. The ends enter the journal, the work is
-    /// counted; an interruption is an error.
+    /// misfit of each by the end of its fit. A candidate whose fit fails is unchanged. The ends enter the journal, the
+    /// work is counted; an interruption is an error.
     fn descend(
         &self,
         coarse: &ScanModel,
@@ -348,8 +348,8 @@ impl Search<'_> {
             let end = residuals.and_then(|r| search.optimize(r, x, COARSE_DESCENT, None));
             (end, search.work.total())
         };
-        // Threads count their own work, which is added in the order of the candidates: the history does not depend on the
-        // threads.
+        // Threads count their own work, which is added in the order of the candidates: the history does not depend on
+        // the threads.
         let ends: Vec<_> = candidates.par_iter().map(fit).collect();
         let mut stopped = false;
         for (Candidate { x, cost, .. }, (end, work)) in candidates.iter_mut().zip(ends) {
@@ -374,9 +374,9 @@ impl Search<'_> {
     }
 
     /// Fits the full model from the point `start`: over growing parts of the records, from the first horizon of the
-    /// `level` on, by its growth factor. Parts end when every horizon reaches `1/(0.5 + 0.5 growth)` of its record.
-    /// Then follow the whole records, and [raised dampings](Search::with_raised_damping). The end is recorded as a
-    /// minimum. An error if any of the fits fails, except that with raised dampings.
+    /// `level` on, by its growth factor. These fits end when every horizon reaches `1/(0.5 + 0.5 growth)` of its
+    /// record. Then follow the whole records, and [raised dampings](Search::with_raised_damping). The end is recorded
+    /// as a minimum. An error if any of the fits fails, except that with raised dampings.
     fn refine(&self, start: &[f64], level: &ScanLevel) -> Result<Optimum, Error> {
         let durations = self.durations();
         let first = self.first_periods(level.stretch);

@@ -2,14 +2,14 @@
 //! estimated from its residuals, by iteratively reweighted least squares.
 //!
 //! Input: a search with preliminary sigmas. [`Search::find_optimum`] searches the global optimum, and adds leverage
-//! weights where sensitivities grow. Each sigma that is not given is then set to the RMS residual of its measurement.
-//! With a robust loss it is a median; both are corrected for the degrees of freedom. The fit is repeated from there
+//! weights where sensitivities grow. Each sigma that is not given is then set to the RMS residual of its measurement,
+//! or with a robust loss to one by the median, corrected for the degrees of freedom. The fit is repeated from there
 //! until all sigmas change by less than [`SIGMA_TOLERANCE`], at most [`MOST_WEIGHTINGS`] times; then dampings near zero
 //! are raised. [`Search::reweighted`] has this iteration alone, for an optimum on another mesh. Where missing sigmas do
 //! not change the optimum, as of a single measurement with squared loss and without priors, nothing is repeated and the
 //! preliminary sigmas stay. Output: the optimum, with the sigmas (in the unit of each measurement) and leverage weights
-//! in the search, and its minimum in the journal; `estimated_sigmas` returns the sigmas of any optimum. A search without
-//! an optimum, a repeated fit that fails, and a stop are errors.
+//! in the search, and its minimum in the journal; `estimated_sigmas` returns the sigmas of any optimum. A search
+//! without an optimum, a repeated fit that fails, and a stop are errors.
 
 use crate::error::Error;
 use crate::fit::measurement::experiment::all;
@@ -22,7 +22,8 @@ const MOST_WEIGHTINGS: usize = 20;
 /// Relative change of all sigmas below which they have converged. A change of 0.1 % of a sigma is far below its own
 /// uncertainty.
 const SIGMA_TOLERANCE: f64 = 1e-3;
-/// Smallest estimated sigma of a measurement, over the length of the rod (its scale).
+/// Smallest estimated sigma of a measurement, over its scale: of positions the length of the rod or a larger motion, of
+/// other values their size.
 const EXACT: f64 = 1e-12;
 
 impl Search<'_> {
@@ -68,10 +69,11 @@ impl Search<'_> {
         Ok(optimum)
     }
 
-    /// The sigma of every measurement, in its unit: the given one, or else `s/sqrt((1 - unknowns/values) share)`. `s`
-    /// is the [spread](Search::spreads) of its residuals at an optimum (RMS, or a median with a robust loss). `values`
-    /// counts all residuals, those of the priors included. The `share` is that of the measurement's values not taken by
-    /// fitted arc lengths. The result is at least [`EXACT`] times the scale; zero residuals keep the present sigma.
+    /// The sigma of every measurement, in its unit: the given one, or else `s/sqrt((1 - unknowns/values) f)`, with
+    /// `1 - unknowns/values` at least `1/values`. `s` is the [spread](Search::spreads) of its residuals at an optimum
+    /// (RMS, or by a median with a robust loss). `values` is the number of all residuals, those of the priors included.
+    /// `f` is the fraction of the measurement's degrees of freedom that fitted nuisance parameters (arc lengths, a free
+    /// tare) leave. The result is at least [`EXACT`] times the scale; zero residuals keep the present sigma.
     pub fn estimated_sigmas(&self, optimum: &Optimum) -> Vec<f64> {
         let total = optimum.residuals.len() as f64;
         // Fitted unknowns make residuals smaller than the noise.

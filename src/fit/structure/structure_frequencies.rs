@@ -2,11 +2,11 @@
 //! ones.
 //!
 //! Input: a structure, modes by their numbers (from 1, in the plane of the structure), and a list of parameters.
-//! Output: one [`NaturalFrequency`] per mode in the same order, rad/s, with its derivatives by all parameters (one run
-//! over dual numbers for each). Modes are those with stiffness about the equilibrium. Names of modes with a filter
-//! (plane, kind or direction) or the correction for thick rods (`timoshenko`) are errors. So are structures in space,
-//! an unstable mode among the lowest, and fewer modes than the highest number. [`check_names`] rejects such names
-//! alone.
+//! Output: one [`NaturalFrequency`] per mode in the same order, rad/s, with its derivatives by all parameters (one
+//! computation over dual numbers for each). Modes are those with stiffness about the equilibrium (no free motions),
+//! numbered by rising frequency. Modes with a filter (plane, kind or direction) or the correction for thick rods
+//! (`timoshenko`) are errors ([`check_names`]). So are structures in space, an unstable mode among the lowest, and
+//! fewer modes than the highest number.
 
 use crate::error::{Error, ensure};
 use crate::scene::Parameter;
@@ -45,7 +45,7 @@ pub(crate) fn structure_frequencies(
     Ok(frequencies)
 }
 
-/// Rejects filters of modes, as all modes of a structure are in its plane, and the correction for thick rods
+/// Rejects `modes` with a filter, as all modes of a structure are in its plane, and with the correction for thick rods
 /// (`timoshenko`). `key` is that of the frequencies, for the error.
 pub(crate) fn check_names(modes: &[ModeName], key: &str) -> Result<(), Error> {
     let is_plain = modes.iter().all(|mode| mode.among == ModeFilter::default());

@@ -1,10 +1,10 @@
 //! Validation of measured points and rods in scenes of structures, and the position of a point at rest.
 //!
 //! Input: a problem, the point or the rod's name of a measurement, and its key for messages. [`check_place`] and
-//! [`check_rod`] return whether the scene is a structure. Errors are a point or name of a structure in a scene of one
-//! rod, and a structure without it. So are points and rods that the structure does not have, and an offset beside a rod
-//! in a structure. [`rest_position`] returns the position at rest, m: in a structure that of the place, else that of
-//! the point of the rod.
+//! [`check_rod`] return whether the scene is a structure. Errors are a point or rod of a structure in a scene of one
+//! rod, and a measurement of a structure without one. So are points and rods that the structure does not have, and an
+//! offset beside a rod in a structure. [`rest_position`] returns the position at rest, m: in a structure that of its
+//! point (`place`), else that of the point of the rod.
 
 use crate::error::{Error, ensure};
 use crate::fit::structure::structure_problem::structure_of;
@@ -12,9 +12,9 @@ use crate::problem::Problem;
 use crate::scene::marker::is_beside;
 use crate::scene::{Point, StructurePoint};
 
-/// Rejects a `place` (point of a structure) in a scene of one rod, its lack in a structure, and places that the
-/// structure does not have. Returns whether the scene is a structure. `key` is that of the measurement; an `offset`, m,
-/// of a marker beside a rod is rejected in a structure.
+/// Rejects a `place` (point of a structure) in a scene of one rod, a measurement without one in a structure, and places
+/// that the structure does not have. Returns whether the scene is a structure. `key` is that of the measurement; an
+/// `offset`, m, of a marker beside a rod is rejected in a structure.
 pub(crate) fn check_place(
     problem: &Problem,
     place: Option<&StructurePoint>,
@@ -42,8 +42,8 @@ pub(crate) fn check_place(
     structure.nodes().stencil(place, &point).map(|_| true)
 }
 
-/// Rejects a rod's name in a scene of one rod, and its lack in a structure. Returns whether the scene is a structure.
-/// `key` is that of the measurement.
+/// Rejects a rod's name in a scene of one rod, and in a structure a missing name or one that it does not have. Returns
+/// whether the scene is a structure. `key` is that of the measurement.
 pub(crate) fn check_rod(problem: &Problem, rod: Option<&str>, key: &str) -> Result<bool, Error> {
     let key = format!("{key}.rod");
     match (&problem.scene().structure, rod) {

@@ -6,9 +6,9 @@
 //! the time, the damping and the camera. Its scene contains the structure, whose numbers are the parameters. A scene
 //! that is not valid is an error. [`representative_rod`] is its scene before meshes are built, for limits of memory.
 //!
-//! [`structure_of`] returns the structure with the time step of the problem (its own `beta` and `rho_inf`), or None for
-//! a scene of one rod. If the problem is remeshed, the edges of each rod change by the same factor, to at least
-//! [`FEWEST_EDGES`]. [`refuse_structure`] is an error for functions that are defined for one rod only.
+//! [`structure_of`] returns the structure with the time step of the problem (its own `beta` and `rho_inf`), or `None`
+//! for a scene of one rod. If the problem is remeshed, the edges of each rod change by the same factor, to at least
+//! [`FEWEST_EDGES`]. [`refuse_structure`] rejects structures in functions that are defined for one rod only.
 
 use crate::error::{Error, ensure};
 use crate::problem::Problem;

@@ -1,14 +1,14 @@
 //! Motions and equilibria of the nodes of a structure with their derivatives by parameters, as records for
 //! measurements.
 //!
-//! Input: a problem with its structure, ascending indices of tracked nodes, a number of steps, and parameters. The motion is
-//! first simulated in plain numbers, where a step that fails is halved. It is then repeated with the steps taken, in plain
-//! numbers once and beside it in dual numbers, up to `LANES` parameters per run, on several threads. Each step in dual numbers
-//! is one linear solution with the factors of the plain one. Output of [`simulated_motion`]: a [`Trajectory`] at the start
-//! and at the end of every step of the scene. It has positions, m, and velocities, m/s, of the tracked nodes, and their
-//! derivatives by each parameter. [`equilibrium`] is the same at rest: one time, zero velocities. Failed steps or equilibria
-//! and an interruption are errors. Both are used by experiments of structures; [`repeated_motion`] and [`motion_at_rest`]
-//! serve other number types.
+//! Input: a problem with its structure, ascending indices of tracked nodes, a number of steps, and parameters. The
+//! motion is first simulated in plain numbers, where a step that fails is halved. It is then repeated with the steps
+//! taken, in plain numbers once and beside it in dual numbers, up to `LANES` parameters per run, on several threads.
+//! Each step in dual numbers is one linear solution with the factors of the plain one. Output of [`simulated_motion`]:
+//! a [`Trajectory`] at the start and at the end of every step of the scene. It has positions, m, and velocities, m/s,
+//! of the tracked nodes, and their derivatives by each parameter. [`equilibrium`] is the same at rest: one time, zero
+//! velocities. Failed steps or equilibria and an interruption are errors. Both are used by experiments of structures;
+//! [`repeated_motion`] and [`motion_at_rest`] serve other number types.
 
 use crate::dynamics::record::Record;
 use crate::dynamics::{Simulation, Trajectory};
@@ -46,7 +46,8 @@ fn rates_by(motion: &NodeMotion<LanesDual>, k: usize) -> NodeMotion<f64> {
     [0, 1].map(|part| [0, 1, 2].map(|c| rate(motion[part][c])))
 }
 
-/// The parameters in groups of about equally many, each of one run.
+/// The parameters in the fewest groups of at most [`LANES`], each of one run, of about equally many. No group without
+/// parameters.
 fn groups(parameters: &[Parameter]) -> std::slice::Chunks<'_, Parameter> {
     let runs = parameters.len().div_ceil(LANES).max(1);
     parameters.chunks(parameters.len().div_ceil(runs).max(1))
@@ -61,8 +62,8 @@ fn rates(parameters: &[Parameter], runs: &[Vec<NodeMotion<LanesDual>>]) -> Motio
     groups(parameters).zip(runs).flat_map(of_group).collect()
 }
 
-/// The results of `map` for all `items`, computed on several threads. The error is that of the first one that has one,
-/// whatever the number of threads.
+/// The results of `map` for all `items`, in their order, computed on several threads. If any fails, the error is that
+/// of the first item that failed, whatever the number of threads.
 fn map_all<T: Send, U: Send>(
     items: Vec<T>,
     map: impl Fn(T) -> Result<U, Error> + Send + Sync,
@@ -71,10 +72,10 @@ fn map_all<T: Send, U: Send>(
     all.into_iter().collect()
 }
 
-/// Positions and velocities of the nodes `tracked` of a structure, of all nodes at one time after the other. The motion
-/// repeats the steps that end at `taken`, s, the steps of an earlier simulation with the halved ones. `times`, s, are
-/// those of the record: the start, and then ends of these steps. `seed` returns each number of the scene in the number
-/// type, from its path, value and quantity. Error: a step fails.
+/// Positions and velocities of the nodes `tracked` of a structure at each of `times`: all nodes at the first time, then
+/// all at the next. The motion repeats the steps that end at `taken`, s, the steps of an earlier simulation with the
+/// halved ones. `times`, s, are those of the record: the start, and then ends of these steps. `seed` returns each
+/// number of the scene in the number type, from its path, value and quantity. Error: a step fails.
 pub(crate) fn repeated_motion<D: Nestable>(
     structure: &Structure,
     tracked: &[usize],
@@ -86,7 +87,8 @@ pub(crate) fn repeated_motion<D: Nestable>(
     Ok(repeated_motions(structure, tracked, times, taken, start)?.into_iter().flatten().collect())
 }
 
-/// The motions of [`repeated_motion`] of several simulations at their start. The steps in plain numbers are taken once for all.
+/// The motions as of [`repeated_motion`], one list per simulation in `starts`, which are at their start. The steps in
+/// plain numbers are taken once for all of them.
 fn repeated_motions<D: Nestable>(
     structure: &Structure,
     tracked: &[usize],

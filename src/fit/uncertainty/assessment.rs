@@ -1,15 +1,21 @@
 //! Assessment of an optimum: all analyses of a fit in their order, with their warnings.
 //!
-//! [`assess`] receives a converged or unconverged optimum (unknowns, residuals, Jacobian) with its local analysis, and
+//! [`assess`] receives an optimum (unknowns, residuals, Jacobian; converged or not) with its local analysis, and
 //! returns a [`FitAssessment`] for the report of a fit. Further inputs are the bias by mesh and step, warnings and
 //! suspicions of earlier stages, the experiments with validation data, the options of the fit and the known inputs
-//! (with a standard uncertainty). The order: sensitivities to known inputs; residuals without the probable errors of
-//! known inputs and, unless they are then noise, without the discretization errors of a chosen mesh or step; estimates
-//! and intervals; discretization error, score tests and other input sensitivities in parallel; tests of the residuals;
-//! requested intervals; uncertainty budgets; validity of the model; predictions of validation data. An analysis that is
-//! not possible or fails has an empty result. Errors are a failed local analysis of the corrected residuals, and a stop
-//! during it or during the estimate of the discretization error. [`expected`] is the shorter assessment of a planned
-//! experiment, which has no data.
+//! (with a standard uncertainty). The order of the analyses:
+//!
+//! - sensitivities to known inputs;
+//! - residuals without the most probable errors of known inputs, and, unless they are then noise, without the
+//!   discretization errors of a chosen mesh or step;
+//! - estimates and intervals;
+//! - discretization error, score tests and other input sensitivities in parallel;
+//! - tests of the residuals, requested intervals, and uncertainty budgets;
+//! - validity of the model, and predictions of validation data.
+//!
+//! An analysis that is not possible or fails has an empty result. Errors are a failed local analysis of the corrected
+//! residuals, and a stop during it or during the estimate of the discretization error. [`expected`] is the shorter
+//! assessment of a planned experiment, which has no data.
 
 use crate::code::Code;
 use crate::error::Error;
@@ -114,11 +120,11 @@ pub(crate) struct AssessmentInputs<'a> {
 
 /// Assesses an optimum: estimates with intervals and budgets, tests of residuals and model, and all warnings. `chosen`
 /// is the bias by a mesh and a step that the program chose; without one it is computed here for given mesh and step.
-/// `knowns` are the inputs with a standard uncertainty. The residuals that are tested lack the probable errors of these
-/// inputs; unless they are then noise, they also lack the discretization errors. If discretization explains a misfit,
-/// its warnings become one note. Profiles, bootstrap and observed information need convergence and no unidentifiable
-/// direction. A failed analysis is left out. Errors: failure of the local analysis, and a stop during it or the
-/// estimate of the discretization error.
+/// `knowns` are the inputs with a standard uncertainty. The most probable errors of these inputs are removed from the
+/// residuals that are tested; unless they are then noise, discretization errors are removed too. If discretization
+/// errors explain a misfit, its warnings become one note. Profiles, bootstrap and observed information need convergence
+/// and no unidentifiable direction. A failed analysis is left out. Errors: failure of the local analysis, and a stop
+/// during it or the estimate of the discretization error.
 pub(crate) fn assess(
     fitted: Fitted,
     AssessmentInputs { local, bias: chosen, warnings, suspicions, experiments }: AssessmentInputs,
@@ -131,8 +137,8 @@ pub(crate) fn assess(
     // Cost of the search alone: later analyses run unrequested only where they are cheap compared with it.
     let spent = search.simulations();
 
-    // Sensitivities to inputs: one run. Without known inputs the tests of the residuals do not need them, and it runs later,
-    // in parallel with others.
+    // Sensitivities to inputs: one run. Without known inputs the tests of the residuals do not need them, and it runs
+    // later, in parallel with others.
     let linear_fit = local.linear_fit();
     let sensitivities = || {
         let converged = fitted.optimum.converged;
@@ -149,8 +155,8 @@ pub(crate) fn assess(
         None => linear_fit.identified.contains(&true).then(InputErrors::default),
     };
 
-    // An error of a known input, or of a coarse mesh, is no fault of the model. So residuals are tested without the most
-    // probable errors of known inputs; and, if they are no noise, without discretization errors.
+    // An error of a known input, or of a coarse mesh, is no fault of the model. So residuals are tested without the
+    // most probable errors of known inputs; and, if they are no noise, without discretization errors.
     let refined = RefinedResiduals::new(fitted, &local, &correction);
     let without_input_errors = |optimum: &Optimum, warnings: &mut Warnings| {
         let fitted = Fitted { search, optimum };
@@ -204,8 +210,8 @@ pub(crate) fn assess(
         suspicions.iter().for_each(|s| warnings.add(Severity::Suspicion, s.code, &s.text));
     }
 
-    // Runs on other meshes, one with the derivatives by the inputs, and one of a coarse model, in parallel. Rounding errors are
-    // not tested; with as many values as unknowns the residuals of any fit are rounding errors.
+    // Runs on other meshes, one with the derivatives by the inputs, and one of a coarse model, in parallel. Rounding
+    // errors are not tested; with as many values as unknowns the residuals of any fit are rounding errors.
     let is_tested = optimum.residuals.len() == unknowns.len() || !search.is_rounding(optimum);
     let bias = || {
         let mut own_warnings = Warnings::default();
@@ -314,9 +320,9 @@ pub(crate) fn assess(
     })
 }
 
-/// Responses of the unknowns to one standard uncertainty of each of the `knowns`, from one run with derivatives. If
-/// `with_unstated`, they include those to +1 % of every other input. If the run with unstated inputs fails, a note is
-/// added and it is repeated for the `knowns` alone. If a run without them fails, another note is added. None after a
+/// Responses of the unknowns to one standard uncertainty of each of the `knowns`, from one run with derivatives. With
+/// `with_unstated` they include those to +1 % of every other input. If that run fails, a note is added and it is
+/// repeated for the `knowns` alone. If a run for the `knowns` alone fails, another note is added. `None` after a
 /// failure, after an interruption, or where `fit` has no identified unknown. Also returns the notes.
 fn sensitivities(
     fitted: Fitted,

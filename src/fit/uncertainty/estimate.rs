@@ -4,15 +4,14 @@
 //! value is corrected for the discretization bias of a mesh and step that the program chose, unless it has a lower
 //! bound. An unidentifiable unknown has no value. The 95 % interval is `x +- h`, `h = sqrt((k sd)^2 + e^2)`, on the
 //! scale of the unknown (logarithm of a positive parameter). Here `k` is the coverage factor, `sd` the standard
-//! deviation and `e` the remaining discretization error. For a damping with a large relative error, but no bound, it is
-//! `value (1 +- h)`. Both are cut at the limits of the parameter. With an upper bound the interval is from 0 to the
-//! bound; with a lower bound, or without convergence, there is none. Later analyses (cluster jackknife, budget,
-//! bootstrap) add their fields. `label` is the name with its experiments, `without_error` an estimate that has a value
-//! only and counts as not identifiable. [`ParameterBias`] converts a shift of an unknown on its scale to a bias in its
+//! deviation and `e` the remaining discretization error. For a damping with a large relative error, but no one-sided
+//! bound, it is `value (1 +- h)`. Both are clamped to the limits of the parameter. With an upper bound the interval is
+//! from 0 to the bound; with a lower bound, or without convergence, there is none. Later analyses (cluster jackknife,
+//! budget, bootstrap) add their fields. [`ParameterBias`] converts a shift of an unknown on its scale to a bias in its
 //! unit, and to a fraction of the true value for positive parameters.
 //!
-//! `ExperimentEstimate` is the estimate by one experiment alone, `ClusterJackknife` the uncertainty by the differences
-//! between experiments.
+//! [`ExperimentEstimate`] is the estimate by one experiment alone, [`ClusterJackknife`] the uncertainty from the
+//! differences between experiments.
 
 use crate::fit::measurement::experiment::named;
 use crate::fit::search::fitted::Fitted;
@@ -166,7 +165,8 @@ impl Estimate {
 pub(crate) struct ParameterBias {
     /// Estimate less true value, in the parameter's unit.
     pub change: f64,
-    /// The same as a fraction of the true value; none for parameters that may be negative.
+    /// The same as a fraction of the true value; none for parameters that are not positive (not on a logarithmic
+    /// scale).
     pub relative: Option<f64>,
 }
 
@@ -183,12 +183,13 @@ impl ParameterBias {
 }
 
 /// Estimates of all unknowns, in their order, from an optimum and its local analysis. Values are corrected by the
-/// `bias` of a mesh and step that the program chose. The 95 % intervals contain the remaining discretization error,
-/// within the limits of the parameter. Without convergence there is no standard error and no two-sided interval. An
-/// upper bound gives the interval from 0 to the bound, a lower bound none. With the correction `c` and the remaining
-/// error `e` an upper bound `u` of the value `v` becomes `v (1 + c) + sqrt((u - v)^2 + (v e)^2)`, if that is positive;
-/// the value with a lower bound is not corrected. A damping near zero without a bound has an interval that is symmetric
-/// in its unit. An unidentifiable unknown has no value.
+/// `bias` of a mesh and step that the program chose. The 95 % intervals include the remaining discretization error and
+/// are clamped to the limits of the parameter. Without convergence there is no standard error and no two-sided
+/// interval. With an upper bound the interval is from 0 to the bound, with a lower bound there is none. An upper bound
+/// `u` of the value `v`, with the correction `c` and the remaining error `e`, becomes
+/// `v (1 + c) + sqrt((u - v)^2 + (v e)^2)`, or stays if that is not positive. A value with a lower bound is not
+/// corrected. A damping with an entry of bounds but no one-sided bound has an interval that is symmetric in its unit.
+/// An unidentifiable unknown has no value.
 pub(crate) fn local_estimates(
     Fitted { search, optimum }: Fitted,
     LocalAnalysis { covariance, correlations, bounds, .. }: &LocalAnalysis,

@@ -1,13 +1,13 @@
 //! Grade of a fit, and the status and verdict that explain it.
 //!
 //! [`Conclusion::new`] receives the end of the fit ([`FitEnd`]), the unidentifiable directions and all warnings. The
-//! grade is decided in this order: not converged (unusable); not identifiable, unless the estimates have no meaning
-//! (`Worthless`); interrupted; else the severity of the worst warning (`Grade::from_warnings`). `Worthless` is
-//! unusable, `Mesh` and `Numerics` are discretization too coarse, `Ambiguous` is correlated noise or a missing effect.
-//! Other severities above a note are model inadequate, notes alone no problem detected. `is_usable` is true up to model
-//! inadequate, and `code` is that of reports. The status is one line on the end of the fit. The verdict is the reason
-//! of the grade: a text that the severities and codes of the warnings select, or that of a warning itself. Directions
-//! of an unusable result are added as notes. The report of a fit shows grade, status, verdict and the sorted warnings.
+//! grade is decided in this order: unusable without convergence; not identifiable, unless a warning has the severity
+//! `Worthless`; interrupted, if all parameters are identified; else by the severity of the worst warning. `Worthless`
+//! is unusable, `Mesh` and `Numerics` are discretization too coarse, `Ambiguous` is correlated noise or a missing
+//! effect. Other severities above a note are model inadequate, notes alone no problem detected. The status is one line
+//! on the end of the fit. The verdict is the reason of the grade: a text that the severities and codes of the warnings
+//! select, or that of a warning itself. Directions of an unusable result are added as notes. The report of a fit shows
+//! grade, status, verdict and the sorted warnings.
 
 use crate::code::Code;
 use crate::fit::uncertainty::covariance::identifiability::{UnidentifiableDirection, summarize};
@@ -99,15 +99,16 @@ impl fmt::Display for Grade {
 
 /// State of a fit at its end, before it is graded.
 pub(crate) struct FitEnd<'a> {
-    /// Whether the optimum is a minimum.
+    /// Whether the search converged to a minimum.
     pub converged: bool,
-    /// Whether every parameter is identified.
+    /// Whether the data determine every parameter.
     pub identified: bool,
     /// Whether it was stopped before all analyses were complete.
     pub interrupted: bool,
     /// Termination reason of the optimizer.
     pub exit: &'a str,
-    /// Whether all intervals contain the differences between experiments.
+    /// Whether all intervals allow for the differences between experiments (cluster jackknife), so that a misfit does
+    /// not make them too narrow.
     pub compares_experiments: bool,
 }
 
@@ -125,10 +126,10 @@ pub(crate) struct Conclusion {
 
 impl Conclusion {
     /// Grades a result by its end, its unidentifiable directions (`findings`) and its `warnings`, and composes status
-    /// and verdict. In this order: unusable without convergence; not identifiable, unless a warning is worthless;
-    /// interrupted, if all parameters are identified; else the grade of `Grade::from_warnings`. The first suspicion of
-    /// the check before the search is named as the probable cause. For an unusable result the directions are added as
-    /// notes. The warnings are returned sorted and summarized.
+    /// and verdict. In this order: unusable without convergence; not identifiable, unless a warning has the severity
+    /// `Worthless`; interrupted, if all parameters are identified; else the grade of `Grade::from_warnings`. The first
+    /// warning of the severity `Suspicion` (a likely error of the set-up) is named as the probable cause. For an
+    /// unusable result the directions are added as notes. The warnings are returned sorted and summarized.
     pub fn new(end: FitEnd, findings: &[UnidentifiableDirection], mut warnings: Warnings) -> Self {
         let unidentifiable = summarize(findings);
         // A likely error of the set-up is named as the cause of a bad result.
@@ -180,8 +181,8 @@ impl Conclusion {
     }
 }
 
-/// Verdict on discretization errors beyond the intervals, with the action. It begins with large residuals, or else with
-/// residuals that are no noise, if a warning has that severity.
+/// Verdict on discretization errors beyond the intervals, with the action. It begins with large residuals if a warning
+/// has the severity `Unexplained`, or else with residuals that are no noise if one has the severity `Misfit`.
 fn coarse_discretization(warnings: &Warnings) -> String {
     let misfit = match [Severity::Unexplained, Severity::Misfit].map(|s| warnings.first(s)) {
         [Some(_), _] => "large residuals. Also ",
@@ -197,8 +198,8 @@ fn coarse_discretization(warnings: &Warnings) -> String {
     )
 }
 
-/// Verdict on residuals that are autocorrelated noise or a missing effect: [`MINOR`] if all misfits are minor, on
-/// outliers if the first ambiguity is one, else on both causes.
+/// Verdict on residuals that are autocorrelated noise or a missing effect: [`MINOR`] if all misfits are minor. If the
+/// first warning of the severity `Ambiguous` is of outliers, it names these; else it names both causes.
 fn correlated_or_missing(warnings: &Warnings) -> &'static str {
     if warnings.has_only_minor_misfits() {
         MINOR
@@ -212,9 +213,9 @@ fn correlated_or_missing(warnings: &Warnings) -> &'static str {
     }
 }
 
-/// Verdict on an inadequate model or set-up, by the first of these that has a warning: error of the set-up, bound or
-/// prior, large residuals, validity of the model, misfits that are all minor ([`MINOR`]), validation data that
-/// contradict the fit (without other misfit), or misfit. A verdict on a misfit names the outlying experiments. It calls
+/// Verdict on an inadequate model or set-up, by the first of these that has a warning: error of the set-up
+/// (`Suspicion`), bound or prior, large residuals (`Unexplained`), validity of the model, misfits that are all minor
+/// ([`MINOR`]), contradictions without a misfit, misfit. A verdict on a misfit names the outlying experiments. It calls
 /// intervals too narrow unless `compares_experiments`: they then contain the differences between experiments.
 fn inadequate_model(warnings: &Warnings, compares_experiments: bool) -> String {
     // A likely error of the set-up explains all else.

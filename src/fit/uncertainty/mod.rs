@@ -6,8 +6,8 @@
 //! one-sided bounds and profiles. `budget` propagates standard uncertainties of inputs (GUM). `resampling` refits
 //! simulated data (bootstrap, Monte Carlo) and compares experiments (jackknife). `discretization` estimates the errors
 //! by mesh and time step. `discrepancy` tests for omitted effects and predicts validation data. `warnings` checks data,
-//! residuals and parameters. All findings are in a `warning_list`, from which [`grade`] derives grade, status and
-//! verdict. `estimate` is the result for each parameter, `analysis` the options of a fit.
+//! residuals and parameters. All findings are added to a `warning_list`, from which [`grade`] derives grade, status and
+//! verdict. `estimate` has the result for each parameter, `analysis` the options of a fit.
 
 pub(crate) mod analysis;
 pub(crate) mod assessment;

@@ -1,17 +1,16 @@
 //! List of the warnings of a result, by severity, with summaries of warnings that many experiments share.
 //!
-//! [`Warnings`] collects findings, each with a [`Severity`], a code and a text. `add` adds one that is listed by
-//! itself, `add_minor` one that changes the estimates by less than their standard errors, `append` those of another
-//! list. `has_misfit` is true for any warning of the severities `Worthless`, `Unexplained`, `Misfit` or `Ambiguous`;
-//! `has_only_minor_misfits` if there are warnings of the latter two and all of these are minor. `outlying_experiments`
-//! are names with a warning of that code. Later findings may replace earlier ones by a note (`downgrade_misfit`,
-//! `downgrade_ambiguity`). If discretization errors explain a misfit, warnings of the severities `Misfit` and
-//! `Ambiguous` are removed, but not those of large residuals; if they are only visible, those of `Ambiguous` alone.
-//! [`Warnings::into_report`] sorts them, the most severe first and minor ones last, else in the order of addition. It
-//! appends the code to each text. Of warnings that were added for an experiment (`add_for`), [`SUMMARIZED`] or more of
-//! one kind (severity and plural noun) are one line. That has the first one and the number of the others by experiment.
-//! The grade of a fit follows from the worst severity; notes do not affect it. `first`, `first_code` and `first_of`
-//! return the first added warning of a severity or code. [`percent`] is the text of a fraction in per cent.
+//! [`Warnings`] collects findings, each with a [`Severity`], a code and a text. The worst severity determines the grade
+//! of a fit; notes do not affect it. `add` adds a warning that is listed by itself, `add_minor` one of a finding that
+//! changes the estimates by less than their standard errors, `add_for` one that other observations may have as well.
+//! Later findings may replace earlier ones by a note: if discretization errors explain a misfit, warnings of the
+//! severities `Misfit` and `Ambiguous` are removed, but not those of large residuals (`downgrade_misfit`). If they are
+//! only visible, those of `Ambiguous` alone are (`downgrade_ambiguity`).
+//!
+//! [`Warnings::into_report`] sorts the warnings, the most severe first and minor ones last, else in the order of
+//! addition, and appends the code to each text. Of warnings of `add_for`, [`SUMMARIZED`] or more of one kind (severity
+//! and plural noun) are one line: the first one, and the number of the others by experiment. [`percent`] is the text of
+//! a fraction in per cent.
 
 use crate::code::Code;
 use std::cmp::Reverse;
@@ -66,9 +65,10 @@ pub(crate) struct ReportedWarnings {
 struct Warning {
     severity: Severity,
     code: Code,
+    /// Text without the code: finding, consequence and action.
     text: String,
-    /// Name of the experiment, of a kind of warning that several observations may have; empty: an observation without
-    /// one. None: a warning that is never summarized.
+    /// Name of the experiment of a warning that may be summarized with others of its kind; empty where experiments have
+    /// no names. None: a warning that is never summarized.
     experiment: Option<String>,
     /// Whether the finding changes the estimates by less than their standard errors.
     is_minor: bool,
@@ -85,8 +85,8 @@ impl Warning {
     }
 }
 
-/// Plural noun phrase for a summary, such as `coordinates with outliers`, by severity and code of a kind of warning.
-/// Codes without one of their own are `warnings of simulations`.
+/// Plural phrase for a summary after the number of further warnings, such as `coordinates with outliers`, by severity
+/// and code of a kind of warning. Codes without one of their own are `warnings of simulations`.
 fn plural(severity: Severity, code: Code) -> &'static str {
     match code {
         Code::OutlyingExperiment => "that stand out",
@@ -201,8 +201,8 @@ impl Warnings {
     }
 
     /// Texts, each followed by its code, and codes: sorted by severity, minor ones last, else in the order of addition.
-    /// Of [`SUMMARIZED`] or more warnings of one kind only the first is listed, with the number of the others and their
-    /// experiments.
+    /// Of [`SUMMARIZED`] or more warnings of `add_for` with one severity and plural noun only the first is listed, with
+    /// the number of the others and their experiments. Those of `add` and `add_minor` are all listed.
     pub fn into_report(mut self) -> ReportedWarnings {
         // The sort is stable: within one severity the order of addition stays.
         self.0.sort_by_key(|w| (w.is_minor, w.severity));

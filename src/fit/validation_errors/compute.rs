@@ -6,8 +6,8 @@
 //! measurement are computed in the unit of its data file. The RMS is also divided by the measured change (none if that
 //! is 0). All markers of a recording that prescribes the ends are one measurement. Output of `compare_all`:
 //! [`ValidationReport`] with these errors, a summary of the mean errors per unit, and the errors of recordings with
-//! prescribed ends. It also has the experiments that could not be simulated, warnings, and on demand data of plots. It
-//! is an error only if no experiment can be simulated, or after an interruption.
+//! prescribed ends. It also has the experiments that could not be simulated, warnings, and on demand data of plots.
+//! Error: no experiment can be simulated, or an interruption.
 
 use crate::code::Code;
 use crate::error::Error;
@@ -28,13 +28,16 @@ use crate::fit::validation_errors::report::{
 use crate::numerics::{median, total_order};
 use rayon::prelude::*;
 
-/// Comparison of one experiment with its measurements: errors, data of plots, and warnings with their codes.
+/// Comparison of one experiment with its measurements.
 struct ExperimentComparison {
     /// The experiment on the mesh of the simulation.
     experiment: Experiment,
+    /// Errors of its measurements.
     errors: Vec<MeasurementError>,
+    /// Data of plots, if they are kept.
     plots: Option<PlotData>,
     warnings: Vec<String>,
+    /// Code of each warning, in the same order.
     codes: Vec<Code>,
 }
 
@@ -149,7 +152,8 @@ fn compare(experiment: Experiment, keeps_plots: bool) -> Result<ExperimentCompar
     Ok(ExperimentComparison { errors, plots, warnings, codes, experiment })
 }
 
-/// The given sigma of every measurement, or else the root mean square of its differences, in its unit, for the plots.
+/// Standard deviation of the noise of every measurement, in its unit, for the plots: the given sigma, or else the root
+/// mean square of its differences.
 fn noise(search: &Search, found: &Optimum) -> Vec<f64> {
     let rms = |MeasuredResiduals { measurement, sigma, residuals, .. }| {
         let square: f64 = residuals.iter().map(|r| r * r).sum();
@@ -161,6 +165,7 @@ fn noise(search: &Search, found: &Optimum) -> Vec<f64> {
 
 /// Differences of one measurement, or of all markers of a recording, in the unit of the data file.
 struct DifferenceGroup {
+    /// Name of the measurement, or of the recording.
     observation: String,
     /// Unit of the data file.
     unit: String,
@@ -168,7 +173,8 @@ struct DifferenceGroup {
     sigma: Option<f64>,
     /// Simulated less measured values, in the unit.
     differences: Vec<f64>,
-    /// Sum of the squares of the sizes of all values, in the unit.
+    /// Sum over the measurements of the squared size of the measured effect times the number of values, in the squared
+    /// unit.
     size: f64,
 }
 

@@ -1,11 +1,11 @@
 //! The report of validation errors as text for a terminal.
 //!
-//! Input: a [`ValidationReport`]. Output: a [`Summary`]. Its status and first notes are the experiments that could not
-//! be simulated with their reasons, if any, else that nothing was fitted. For each unit with several measurements it
-//! has the mean, median and largest of their mean errors. A table has a row per measurement with mean, median, largest
-//! and RMS error in the unit of the data. Its last column has the RMS over the stated sigma and in per cent of the
-//! measured change, where available. The number of compared values, warnings, the errors of recordings with prescribed
-//! ends, and the wall time follow.
+//! Input: a [`ValidationReport`]. Output: a [`Summary`]. Its status is the number of experiments that could not be
+//! simulated, with their reasons as first notes, or else that nothing was fitted. For each unit with several
+//! measurements a note has the mean, median and largest of their mean errors. A table has a row per measurement with
+//! mean, median, largest and RMS error in the unit of the data. Its last column has the RMS over the stated sigma and
+//! in per cent of the measured change, where available. The number of compared values, warnings, the errors of
+//! recordings with prescribed ends, and the wall time follow.
 
 use crate::fit::validation_errors::report::{MeasurementError, ValidationReport};
 use crate::summary::quantity::{duration, quantity};

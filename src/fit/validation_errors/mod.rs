@@ -2,11 +2,11 @@
 //! (`rodfit predict`).
 //!
 //! [`Fit::predict`] checks the data and compares every experiment with its measurements (`compute`), fitted or held out
-//! alike. It adds a warning, the first one, if the fit has parameters: none of them is fitted. Output: a
-//! [`ValidationReport`] (`report`) with the errors of each measurement, whose text for a terminal is in `display`.
-//! Experiments that cannot be simulated are listed. It is an error if none can, after an interruption, if an experiment
-//! has no measurement, or if measurements do not fit their scenes or have no data. [`Fit::is_validation_only`] returns
-//! whether there are measurements and all are validation data.
+//! alike. If the fit has parameters, the first warning is that they are not fitted. Output: a [`ValidationReport`]
+//! (`report`) with the errors of each measurement, whose text for a terminal is in `display`. Experiments that cannot
+//! be simulated are listed. It is an error if none can, after an interruption, if an experiment has no measurement, if
+//! names of experiments are equal, or if measurements do not fit their scenes or have no data.
+//! [`Fit::is_validation_only`] returns whether there are measurements and all are validation data.
 
 mod compute;
 mod display;

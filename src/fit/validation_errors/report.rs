@@ -5,10 +5,9 @@
 //! effect. That is the spread of a motion about its mean, the deflection of a shape from the unloaded rod, or the mean
 //! of frequencies. Of other data it is the RMS of displacements, the critical load, or the spread of readings. The
 //! fraction is absent where the size is zero. [`ValidationSummary`] has mean, median and largest of the mean errors of
-//! all measurements in one unit; `in_a_line` returns the means as one line. The report also has the errors of
-//! recordings with prescribed ends, and the experiments that could not be simulated ([`FailedPrediction`]). It has the
-//! mesh, step and scheme that the program chose per experiment, warnings with codes, the wall time in s, and optional
-//! data of plots. `Fit::predict` computes it.
+//! all measurements in one unit. The report also has the errors of recordings with prescribed ends, and the experiments
+//! that could not be simulated ([`FailedPrediction`]). It has the mesh, step and scheme that the program chose per
+//! experiment, warnings with codes, the wall time in s, and optional data of plots. `Fit::predict` computes it.
 
 use crate::code::Code;
 use crate::fit::report::plot_data::PlotData;

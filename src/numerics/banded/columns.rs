@@ -1,9 +1,10 @@
 //! Columns of band matrices in the order of their elimination: from both ends at once, or from the first row.
 //!
-//! [`WeightedSum`] is `scale diag(masses) + factor matrix` over a range of rows, the matrix of a time step, which is
-//! never formed. Its [`EndColumns`] are the first columns from the top and, mirrored, from the bottom. A `BandMatrix`
-//! provides its own columns, for the rows in the middle. `Elimination` reads both as a [`ColumnSource`]: column `k` is
-//! the diagonal entry and the `W` entries below it.
+//! [`WeightedSum`] is the matrix `scale diag(masses) + factor matrix` of a time step over a range of rows; it is never
+//! formed. Its [`EndColumns`] are the first columns from the top and, mirrored, the last ones from the bottom, for an
+//! elimination from both ends. A `BandMatrix` provides its own columns, for the rows in the middle. `Elimination` reads
+//! both as a [`ColumnSource`]: column `k` is the diagonal entry and the `W` entries below it. The stored lower triangle
+//! alone is read: matrices are symmetric.
 
 use crate::numerics::banded::elimination::{BandColumn, ColumnSource};
 use crate::numerics::banded::{BandMatrix, array};
@@ -12,11 +13,14 @@ use crate::numerics::scalar::Scalar;
 /// The matrix `scale diag(masses) + factor matrix` over the rows and columns from `start` to `end`.
 #[derive(Clone, Copy)]
 pub(super) struct WeightedSum<'a, D, const W: usize> {
+    /// One number per row of the matrix, up to `end`.
     pub masses: &'a [D],
     pub scale: D,
     pub matrix: &'a BandMatrix<D, W>,
     pub factor: D,
+    /// First row and column.
     pub start: usize,
+    /// Row and column after the last.
     pub end: usize,
 }
 
@@ -49,14 +53,16 @@ impl<'a, D: Scalar, const W: usize> WeightedSum<'a, D, W> {
 
 /// The first `n` columns of a [`WeightedSum`] from the first row downwards and from the last upwards.
 pub(super) struct EndColumns<'a, D, const W: usize> {
+    /// Factor on the masses.
     scale: D,
+    /// Factor on the matrix.
     factor: D,
-    /// The diagonal, and the masses, of the columns at the top and of those at the bottom.
+    /// The diagonal of the columns at the top and of those at the bottom; `masses` likewise.
     diagonal: [&'a [D]; 2],
     masses: [&'a [D]; 2],
     /// The entries below the diagonal of the columns at the top.
     down: &'a [[D; W]],
-    /// Those of the columns at the bottom, with `W` columns before them.
+    /// The entries below the diagonal of the columns at the bottom and of the `W` columns before these.
     left: &'a [[D; W]],
 }
 

@@ -1,11 +1,10 @@
 //! Elimination `L D L^T` of `S` symmetric band matrices at once, column by column from the first row.
 //!
-//! Input: a [`ColumnSource`] with the columns of `S` independent matrices of half-bandwidth `W`; their numbers are
-//! adjacent, as lanes of vector instructions. [`Elimination`] stores `L`, the pivots `D` and their reciprocals for the
-//! first `n` columns, without pivoting (`eliminate`; `with_order` allocates). A pivot that is zero or not finite is an
-//! error with column and band. `schur_update` returns the update of one of the `W` columns that follow, to be added to
-//! it; `negative_pivots` counts those of all bands together. `Ldlt` uses `S = 2` for the two ends of a matrix and `S =
-//! 1` for its middle.
+//! Input: a [`ColumnSource`] with the columns of `S` independent matrices (bands) of half-bandwidth `W`; their numbers
+//! are adjacent in memory, as lanes of vector instructions. [`Elimination`] stores `L`, the pivots `D` and their
+//! reciprocals for the first `n` columns, without row exchanges. A pivot that is zero or not finite is an error with
+//! column and band. `schur_update` returns the update of one of the `W` columns that follow, to be added to it. `Ldlt`
+//! uses `S = 2` for the two ends of a matrix and `S = 1` for its middle.
 
 use crate::numerics::banded::array;
 use crate::numerics::banded::products::{subtract_products, unrolled};
@@ -16,18 +15,21 @@ use std::ops::Range;
 /// A column of `S` bands: the diagonal entry and the `W` entries below it.
 #[derive(Clone, Copy)]
 pub(super) struct BandColumn<D, const W: usize, const S: usize> {
+    /// Diagonal entry of the column in each band.
     pub diagonal: [D; S],
+    /// `below[p]` is the entry `p + 1` rows below the diagonal in each band.
     pub below: [[D; S]; W],
 }
 
 /// Source of the columns of `S` bands.
 pub(super) trait ColumnSource<D, const W: usize, const S: usize> {
-    /// Column `k` of each band.
+    /// Column `k` of each band: its diagonal entry and the `W` entries below it.
     fn column(&self, k: usize) -> BandColumn<D, W, S>;
 }
 
-/// Position of a pivot that is zero or not finite.
+/// Column and band of a pivot that is zero or not finite.
 pub(super) struct SingularColumn {
+    /// Index of the column, from the first one eliminated.
     pub column: usize,
     /// Index of the band, below `S`.
     pub band: usize,
@@ -48,7 +50,7 @@ pub(super) struct Elimination<D, const W: usize, const S: usize> {
 }
 
 impl<D: Scalar, const W: usize, const S: usize> Elimination<D, W, S> {
-    /// Whether a window and a column fit into 16 vector registers.
+    /// Whether the last computed column stays in vector registers (16 are enough) instead of being read again.
     pub const NARROW: bool = W <= 5;
 
     /// Allocates the factors of `S` bands with up to `n` columns, as zeros with padding.
@@ -62,7 +64,7 @@ impl<D: Scalar, const W: usize, const S: usize> Elimination<D, W, S> {
     }
 
     /// Eliminates the first `n` columns of the `S` bands of `matrix` and stores pivots and columns of `L` here. `level`
-    /// has the vector instructions. Numbers after column `n` are left as they were.
+    /// is the set of vector instructions. Factors after column `n` are left as they were.
     ///
     /// # Errors
     /// The first pivot that is zero or not finite; the factors are then not usable.
@@ -143,7 +145,7 @@ impl<D: Scalar, const W: usize, const S: usize> Elimination<D, W, S> {
     }
 
     /// Subtracts from `column` the products of the columns before it, whose `L` and `D` are given for the `W` nearest
-    /// ones in ascending order. Of these only columns at the `distances` are used, 0 being the nearest one.
+    /// ones in ascending order. Of these only columns at the `distances` are used; 0 is the nearest one.
     #[inline(always)]
     fn subtract<V: PairLevel>(
         level: V,

@@ -1,11 +1,11 @@
 //! Factors `L D L^T` of one band matrix, eliminated from both ends at once (see [`banded`](crate::numerics::banded)).
 //!
-//! [`Ldlt`] factors the rows and columns of a range, of a matrix or of `scale diag(d) + factor matrix`, without
-//! pivoting: both ends by `Elimination` with two bands, then the Schur complement of `W` or `W + 1` rows in the middle.
-//! A pivot that is zero or not finite is an error with its row. It solves in place for several right-hand sides in
-//! blocks (rows outside of the range become zero) and counts negative pivots, as many as negative eigenvalues. On
-//! x86-64 with AVX2 and FMA, numbers without derivatives use vector instructions. A matrix that is not symmetric has
-//! [`BandLu`] factors instead, whose negative pivots are no count of eigenvalues.
+//! [`Ldlt`] factors the rows and columns of a range, of a matrix or of `scale diag(d) + factor matrix`, without row
+//! exchanges. Both ends are factored by `Elimination` with two bands, then the Schur complement of `W` or `W + 1` rows
+//! in the middle. A pivot that is zero or not finite is an error with its row. It solves in place for several
+//! right-hand sides in blocks (rows outside of the range become zero) and counts negative pivots, as many as negative
+//! eigenvalues. On x86-64 with AVX2 and FMA, numbers without derivatives use vector instructions. A matrix that is not
+//! symmetric gets [`BandLu`] factors instead, whose negative pivots are no count of eigenvalues.
 
 use crate::numerics::banded::columns::WeightedSum;
 use crate::numerics::banded::elimination::{BandColumn, Elimination};
@@ -18,7 +18,7 @@ use crate::numerics::simd::PairLevel;
 use crate::numerics::tangent::{Factors, RightHandSide, Singular};
 use std::ops::Range;
 
-/// The factors `L D L^T` of a range of rows and columns of a [`BandMatrix`].
+/// The factors of a range of rows and columns of a [`BandMatrix`]: `L D L^T`, or `L U` if it is not symmetric.
 #[derive(Clone, Debug)]
 pub struct Ldlt<D, const W: usize> {
     /// Eliminations from the first row downwards and from the last upwards.
@@ -27,8 +27,9 @@ pub struct Ldlt<D, const W: usize> {
     schur: BandMatrix<D, W>,
     /// Elimination of the Schur complement.
     middle: Elimination<D, W, 1>,
+    /// Rows and columns of the last factored matrix that are factored.
     range: Range<usize>,
-    /// Factors of the last matrix instead if it is not symmetric.
+    /// The factors `L U` where the last matrix was not symmetric; else none.
     unsymmetric: Option<Box<BandLu<D, W>>>,
 }
 
@@ -51,7 +52,7 @@ impl<V: PairLevel, D: Scalar, const W: usize> pulp::NullaryFnOnce for Factor<'_,
     }
 }
 
-/// A solution of linear systems as work for a vector unit, in place in `x`.
+/// The solution of linear systems, in place in `x`, as work for a vector unit.
 #[cfg(target_arch = "x86_64")]
 struct Solve<'a, V, D, E, const W: usize, const R: usize> {
     level: V,
@@ -86,7 +87,7 @@ const fn most_at_once(is_wide: bool, is_narrow: bool) -> usize {
 }
 
 impl<D: Scalar, const W: usize> Ldlt<D, W> {
-    /// Allocates the factors of matrices of order `n`, over an empty range; they are not yet computed.
+    /// Allocates the factors of matrices of order `n`; they are not yet computed, and their range is empty.
     pub fn with_order(n: usize) -> Self {
         Self {
             ends: Elimination::with_order(n / 2),
@@ -101,15 +102,16 @@ impl<D: Scalar, const W: usize> Ldlt<D, W> {
 impl<D: Scalar, const W: usize> Factors<D> for Ldlt<D, W> {
     type Matrix = BandMatrix<D, W>;
 
-    /// Factors the rows and columns of `range` of the matrix and replaces earlier factors; allocates nothing for a
-    /// symmetric matrix. An error has the row of a pivot that is zero or not finite.
+    /// Factors the rows and columns of `range` of the matrix, as `L D L^T`, or as `L U` if it is not symmetric, and
+    /// replaces earlier factors. Allocates nothing for a symmetric matrix. An error has the row of a pivot that is zero
+    /// or not finite.
     fn factor(&mut self, matrix: &BandMatrix<D, W>, range: Range<usize>) -> Result<(), Singular> {
         let diagonal = &matrix.diagonal;
         self.factor_sum(diagonal, D::from(0.0), matrix, D::from(1.0), range)
     }
 
-    /// Factors `scale diag(diagonal) + factor matrix` over `range` without forming it, and replaces earlier factors. An
-    /// error has the row of a pivot that is zero or not finite.
+    /// Factors `scale diag(diagonal) + factor matrix` over `range` without forming it, as `L D L^T`, or as `L U` for an
+    /// unsymmetric `matrix`. Earlier factors are replaced. An error has the row of a pivot that is zero or not finite.
     fn factor_sum(
         &mut self,
         diagonal: &[D],
@@ -128,8 +130,8 @@ impl<D: Scalar, const W: usize> Factors<D> for Ldlt<D, W> {
         self.eliminate(WeightedSum { masses: &diagonal[..end], scale, matrix, factor, start, end })
     }
 
-    /// Number of negative pivots, which is that of negative eigenvalues of the factored matrix (Sylvester's law of
-    /// inertia) if that is symmetric.
+    /// Number of negative pivots. For a symmetric matrix it is the number of negative eigenvalues (Sylvester's law of
+    /// inertia); for another one its parity is that of the sign of the determinant.
     fn negative_pivots(&self) -> usize {
         if let Some(factors) = &self.unsymmetric {
             return factors.negative_pivots();
@@ -224,8 +226,8 @@ impl<D: Scalar, const W: usize> Ldlt<D, W> {
         self.range.len().saturating_sub(W) / 2
     }
 
-    /// Solves in place for all `R` right-hand sides, in blocks of at most 4 with four numbers per register and `W <=
-    /// 5`, of 2 with one of both, else of 1. The rest takes smaller blocks.
+    /// Solves in place for all `R` right-hand sides, in blocks of 4 if registers have four numbers and `W <= 5`, of 2
+    /// if one of both holds, else of 1. The remaining ones take smaller blocks.
     #[inline(always)]
     fn solve_blocks<V: PairLevel, E: RightHandSide<D>, const R: usize>(
         &self,

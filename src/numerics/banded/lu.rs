@@ -3,8 +3,8 @@
 //! Such a matrix is the tangent of a rod under follower loads. `factor` takes `scale diag(d) + factor matrix` over a
 //! range of rows and columns, and eliminates row by row without pivoting, so that the factors stay in the band. `L` has
 //! a unit diagonal. `solve` overwrites several right-hand sides by their solutions. A pivot that is zero or not finite
-//! is an error with its row. The number of negative pivots (`negative_pivots`) has the parity of the determinant's
-//! sign; it is not the number of negative eigenvalues.
+//! is an error with its row. The number of negative pivots is odd where the determinant is negative; it is not the
+//! number of negative eigenvalues.
 
 use crate::numerics::banded::BandMatrix;
 use crate::numerics::scalar::Scalar;
@@ -79,7 +79,7 @@ impl<D: Scalar, const W: usize> BandLu<D, W> {
         Ok(())
     }
 
-    /// Number of negative pivots.
+    /// Number of negative pivots; odd if the determinant is negative.
     pub fn negative_pivots(&self) -> usize {
         self.inverse.iter().filter(|pivot| pivot.value() < 0.0).count()
     }

@@ -1,5 +1,5 @@
-//! The innermost loops of band matrices: `a - x y` for numbers of `S` bands, by vector instructions for two bands of
-//! numbers without derivatives.
+//! The innermost loops of band matrices: `a - x y` for entries of `S` independent matrices (bands) at once, by vector
+//! instructions for two bands of numbers without derivatives.
 //!
 //! [`subtract_products`] serves the elimination and the substitution; `unrolled!` repeats a statement for each
 //! constant index below a number.

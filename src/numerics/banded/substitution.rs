@@ -1,11 +1,12 @@
 //! Triangular solves with the factors `L` and `D` of an [`Elimination`]: `L y = x` (forward) and `D L^T x = y`
 //! (backward).
 //!
-//! Input: right-hand sides of one or two bands, of which `C` are overwritten by their solutions. Forward, row `k` of
-//! `y` is that of `x`, less the products of the `W` rows of `y` before it with entries of `L`. Backward, each row is
-//! divided by its pivot, and the products of the `W` rows of the solution after it with entries of `L` are subtracted.
-//! These rows stay in registers (the window). `forward` returns the contribution to the `W` rows after the last, to be
-//! added to them. `Ldlt` solves with it from both ends of a matrix and in the middle.
+//! Input: right-hand sides of one or two matrices (bands), of which `C` are overwritten by their solutions. Forward,
+//! row `k` of `y` is that of `x`, less the products of the `W` rows of `y` before it with entries of `L`. Backward,
+//! each row is divided by its pivot, and the products of the `W` rows of the solution after it with entries of `L` are
+//! subtracted. These `W` rows (the window) stay in registers. `forward` also returns the contribution of the solved
+//! rows to the `W` rows that follow, to be added to their right-hand sides. `Ldlt` solves with it from both ends of a
+//! matrix and in the middle.
 
 use crate::numerics::banded::array;
 use crate::numerics::banded::elimination::Elimination;
@@ -18,6 +19,7 @@ use std::ops::Range;
 /// Right-hand sides of the rows that are eliminated downwards, and of those that are eliminated upwards, in reverse
 /// order.
 pub(super) struct EndRows<'a, E, const R: usize> {
+    /// Rows of the first band, in the order of their elimination.
     pub top: &'a mut [[E; R]],
     /// As many rows; none of a single band.
     pub bottom: &'a mut [[E; R]],
@@ -26,7 +28,7 @@ pub(super) struct EndRows<'a, E, const R: usize> {
 /// Number of parts into which the products of a row are divided; each is short enough for a compiler to unroll.
 const PARTS: usize = 2;
 
-/// A row of `C` right-hand sides and `S` bands.
+/// One row of `C` right-hand sides for each of `S` bands.
 pub(super) type Row<E, const S: usize, const C: usize> = [[E; S]; C];
 
 impl<D: Scalar, const W: usize, const S: usize> Elimination<D, W, S> {
@@ -54,7 +56,7 @@ impl<D: Scalar, const W: usize, const S: usize> Elimination<D, W, S> {
     }
 
     /// Solves `D L^T x = y` in place, for the `C` right-hand sides from index `first` on, from the last row to the
-    /// first. `after` has the solution in the `W` rows after the last, the nearest one first.
+    /// first. `after` has the solution in the `W` rows after the last, the nearest one first; zeros without such rows.
     #[inline(always)]
     pub fn backward<V: PairLevel, E: RightHandSide<D>, const R: usize, const C: usize>(
         &self,

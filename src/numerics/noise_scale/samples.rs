@@ -1,12 +1,12 @@
 //! Preparation of a series for the noise estimate of [`noise_scale`](super), and its normalized divided differences.
 //!
-//! Excluded samples and values that repeat the one before (repeated frames) are removed. Repeats stay if the series has
-//! fewer distinct values than [`DISTINCT`] of the samples. Outliers are marked by `mark_outliers`, which returns their
-//! number: samples in the middle of second differences that are peaks above [`OUTLYING`] robust standard deviations
-//! (from the median of absolute values), in up to [`ROUNDS`] rounds. [`NoiseSamples::difference`] returns a divided
-//! difference of every n-th sample in the unit of the values. Its weights times the relative standard deviations of the
-//! samples have length one, so that white noise keeps its standard deviation. It is None across an outlier or a step of
-//! time above [`GAP`] median steps, and beyond the end of the series.
+//! Excluded samples and values that repeat the one before (repeated frames) are removed. Repeats stay in a coarsely
+//! quantized series, with fewer distinct values than [`DISTINCT`] of the samples. `mark_outliers` marks samples in the
+//! middle of second differences that are peaks above [`OUTLYING`] robust standard deviations (from the median of
+//! absolute values), in up to [`ROUNDS`] rounds, and returns their number. [`NoiseSamples::difference`] returns a
+//! divided difference of every n-th sample in the unit of the values. Its weights times the relative standard
+//! deviations of the samples have the Euclidean norm one, so that white noise keeps its standard deviation. It is
+//! `None` across an outlier or a step of time above [`GAP`] median steps, and beyond the end of the series.
 
 use crate::numerics::noise_scale::{HIGHEST_ORDER, NoisySeries};
 use crate::numerics::upper_median;
@@ -16,7 +16,7 @@ const GAP: f64 = 2.5;
 /// A difference of this many robust standard deviations belongs to an outlier or a jump; normal noise has one in
 /// 150,000.
 const OUTLYING: f64 = 4.5;
-/// Largest number of rounds of removing outliers, each of which lowers the robust standard deviation.
+/// Largest number of rounds of marking outliers, each of which lowers the robust standard deviation.
 const ROUNDS: usize = 8;
 /// Median of the absolute value of a standard normal deviate.
 const MEDIAN_DEVIATION: f64 = 0.674_489_75;
@@ -26,10 +26,13 @@ const DISTINCT: f64 = 0.25;
 
 /// Usable samples of a series in the order of their times.
 pub(super) struct NoiseSamples {
+    /// Times of the samples, ascending.
     times: Vec<f64>,
     /// Values of the samples.
     pub values: Vec<f64>,
+    /// Relative standard deviation of each sample.
     factors: Vec<f64>,
+    /// Whether each sample is marked as an outlier.
     is_outlier: Vec<bool>,
     /// Time between samples above which there is a gap.
     longest_step: f64,
@@ -102,9 +105,10 @@ impl NoiseSamples {
         count
     }
 
-    /// The normalized divided difference of `order` over every `stride`-th sample from number `first` on, divided by
-    /// the norm of its weights times the factors. Also these normalized products; entries above `order` are zero.
-    /// `None` if it crosses a gap or an outlier, exceeds the series, or has no finite weights.
+    /// The divided difference of `order` over every `stride`-th sample from number `first` on, divided by the norm of
+    /// its weights times the factors of the samples. Returned with these normalized products of weight and factor, one
+    /// per sample in the difference; entries above `order` are zero. `None` if it crosses a gap or an outlier, exceeds
+    /// the series, or has no finite weights.
     pub fn difference(
         &self,
         first: usize,

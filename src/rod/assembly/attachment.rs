@@ -31,13 +31,13 @@ pub struct CarriedEdge<P> {
 /// An end of a rod that a body carries, through a spring if there is one.
 #[derive(Clone, Debug)]
 pub struct Attachment<P> {
-    /// The body.
+    /// Index of the body.
     pub body: usize,
-    /// The spring.
+    /// Index of the joint spring between the body and the clamp of the end; none without a spring.
     pub spring: Option<usize>,
     /// One node of a hinged end, two of a clamped one, in ascending order.
     pub nodes: Vec<CarriedNode<P>>,
-    /// The edge between two nodes, in space.
+    /// The edge between the two nodes of a clamped end, in space only.
     pub edge: Option<CarriedEdge<P>>,
 }
 

@@ -69,15 +69,15 @@ pub struct Body<D> {
 /// A rotational spring between a body and the clamp of a rod.
 #[derive(Clone, Copy, Debug)]
 pub struct JointSpring<D> {
-    /// The body.
+    /// Index of the body.
     pub body: usize,
-    /// Absolute rotation of the clamp.
+    /// Rotation of the clamp from rest, in the plane (not relative to the body).
     pub rotation: Rotation<D>,
     /// Stiffness, N m/rad.
     pub stiffness: D,
     /// Rotation of the clamp relative to the body without moment, rad.
     pub rest_angle: D,
-    /// Time of the viscous moment, s.
+    /// Time `t` of the viscous moment, s: `k t` times the rate of the relative rotation.
     pub damping: D,
 }
 
@@ -176,8 +176,8 @@ impl<D: Scalar> Bodies<D> {
         Self::angle(z, &spring.rotation) - turned - spring.rest_angle
     }
 
-    /// The rotations on which the angle of a spring depends, each with its sign: +1 of the clamp, then -1 of the body
-    /// if that rotates.
+    /// The rotations on which the angle of a spring depends, each with its derivative of the angle: +1 of the clamp,
+    /// then -1 of the body if that rotates.
     fn turns(&self, spring: &JointSpring<D>) -> impl Iterator<Item = (Rotation<D>, f64)> {
         let body = self.bodies[spring.body].rotation.map(|rotation| (rotation, -1.0));
         [(spring.rotation, 1.0)].into_iter().chain(body)
@@ -331,7 +331,7 @@ impl<D: Nestable> CarryingBodies<D, [D; 2]> for Bodies<D> {
         }
     }
 
-    /// A copy with zero loads and zero spring stiffnesses; masses and arms stay.
+    /// A copy with zero loads and zero spring stiffnesses, for the dashpots of an assembly; masses and arms stay.
     fn passive(&self) -> Self {
         let mut bodies = self.clone();
         bodies.bodies.iter_mut().for_each(|body| body.load = [D::from(0.0); 2]);
@@ -339,7 +339,7 @@ impl<D: Nestable> CarryingBodies<D, [D; 2]> for Bodies<D> {
         bodies
     }
 
-    /// Whether the viscous time of a spring, or a derivative of it, is not zero.
+    /// Whether the time of the viscous moment of a spring, or a derivative of it, is not zero.
     fn has_viscous_springs(&self) -> bool {
         self.springs.iter().any(|spring| is_viscous(spring.damping))
     }

@@ -28,15 +28,16 @@ pub trait MemberRod<D: Nestable>: AssembledRod<D> + Debug {
     /// Number of strains: one per edge, and one (plane) or three (space) per joint.
     fn strain_count(&self) -> usize;
 
-    /// Overwrites the laws of the elements with those of `elastic` under the viscous stress of a time step, as
-    /// [`set_viscous`](crate::rod::Rod::set_viscous) does, with values that follow signals copied from `elastic`;
-    /// nonlinear parts of the laws stay. The lists of `viscosity` have the strains of several rods; those of this rod
-    /// begin at index `first`.
+    /// Overwrites the linear laws of the elements with those of `elastic` under the viscous stress of a time step, as
+    /// [`set_viscous`](crate::rod::Rod::set_viscous) does: with the stress `K (factor s - natural - shift)` of the
+    /// strain `s`. Values that follow signals are copied from `elastic`; nonlinear parts of the laws stay. The lists of
+    /// `viscosity` have the strains of several rods; those of this rod begin at index `first`.
     fn set_viscous_part(&mut self, elastic: &Self, viscosity: &Viscosity<D>, first: usize);
 
-    /// Overwrites the laws of the elements with those of `dashpots` times the factors of `viscosity`, as
-    /// [`set_dashpots`](crate::rod::Rod::set_dashpots) does. The lists of `viscosity` have the strains of several rods;
-    /// those of this rod begin at index `first`.
+    /// Overwrites the linear laws of the elements with those of `dashpots`, as
+    /// [`set_dashpots`](crate::rod::Rod::set_dashpots) does: stiffnesses are multiplied by the factors of `viscosity`,
+    /// and its shifts become natural strains. The lists of `viscosity` have the strains of several rods; those of this
+    /// rod begin at index `first`.
     fn set_dashpots_part(&mut self, dashpots: &Self, viscosity: &Viscosity<D>, first: usize);
 
     /// Sets mass and dead load of the coordinates of a node to zero; the inertia of an angle stays.
@@ -56,8 +57,9 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> MemberRod<D>
         self.stretch.len() + S * self.joint.len()
     }
 
-    /// Overwrites the laws of the elements with those of `elastic` under the viscous stress of a time step. The lists
-    /// of `viscosity` have the strains of several rods; those of this rod begin at index `first`.
+    /// Overwrites the linear laws of the elements with those of `elastic` under the viscous stress of a time step,
+    /// `K (factor s - natural - shift)`. The lists of `viscosity` have the strains of several rods; those of this rod
+    /// begin at index `first`.
     fn set_viscous_part(&mut self, elastic: &Self, viscosity: &Viscosity<D>, first: usize) {
         self.set_viscous_from(elastic, viscosity, first);
     }
@@ -93,8 +95,9 @@ pub trait CarriedMotion<D> {
     /// times its scale.
     fn slope(&self, k: usize) -> &[D];
 
-    /// Calls `add(i, j, x)`, `j <= i`, where `x` is the second derivative of `force.values` by the coordinates `i` and
-    /// `j`, N/m. Pairs whose second derivative is always zero are left out.
+    /// Calls `add(i, j, x)`, `j <= i`, with second derivatives `x` of `force.values` by the body coordinates with the
+    /// indices `i` and `j`, N/m; by rotations in space they are those by the increment times its scale, as in `slope`.
+    /// All pairs without a call have the second derivative zero.
     fn add_curvature(&self, force: &[D], add: impl FnMut(usize, usize, D));
 }
 
@@ -179,7 +182,7 @@ pub trait CarryingBodies<D: Nestable, P>: Clone + Debug + Send + Sync {
     /// Adds the energies of springs, J, to the bending energy, and those of the loads to the potential.
     fn add_energies(&self, z: &[D], frames: &AssemblyFrames<D>, energies: &mut Energies);
 
-    /// A copy whose loads and spring stiffnesses are zero.
+    /// A copy whose loads and spring stiffnesses are zero, for the dashpots of an assembly; masses and arms stay.
     fn passive(&self) -> Self;
 
     /// Whether a spring has a viscous moment.

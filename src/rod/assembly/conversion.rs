@@ -1,11 +1,11 @@
-//! Conversion of derivatives by increments of a rotation in space, in the axes of the body, to those by its
-//! coordinates.
+//! Conversion of derivatives by increments of a rotation in space, in the axes of the body, to those by coordinates.
 //!
-//! The coordinates `z` of a rotation vector `r = z/length` change the rotation by the increment `T dz`, with the
-//! [tangent map](crate::numerics::rotation) `T(r)`. In place, for one rotation, the three entries `g` of the gradient
-//! become `T' g`, and the own block `H` of the tangent becomes `T' H T + (d(T' g)/dr)/length`, with the symmetric
-//! part of the last term. Its couplings to rods and to other coordinates are multiplied by `T`. The tangent is
-//! converted before the gradient, whose entries by increments it needs. Equilibria and modes of assemblies use it.
+//! The coordinates `z`, m, have the rotation vector `r = (z - z0)/length` from the reference at `z0`. A change `dz` is
+//! the increment `T dz/length`, rad, with the [tangent map](crate::numerics::rotation) `T(r)`. Derivatives `g` and `H`
+//! by increments are those by the increment times `length`. In place, for one rotation, `g` becomes `T' g`, and `H`
+//! becomes `T' H T` plus the symmetric part of `(d(T' g)/dr)/length` at constant `g`. Couplings to rods and to other
+//! coordinates are multiplied by `T`. The tangent is converted before the gradient, whose entries by increments it
+//! needs. Equilibria and modes of assemblies use it.
 
 use crate::numerics::rotation::{
     Matrix3, product, tangent_map, tangent_map_slope, transpose, transposed_times,
@@ -36,8 +36,8 @@ pub(super) fn convert_gradient<D: Scalar>(
 
 /// Converts the rows and columns of one rotation in `tangent`, in place, from derivatives by increments to those by the
 /// coordinates. Couplings to rods and to other coordinates are multiplied by the tangent map `T` at the rotation vector
-/// `vector`, rad. The own block `H` becomes `T' H T` plus the derivative of `T' g` at fixed `g`, its symmetric part.
-/// The entries `g` of `gradient`, which has all body coordinates, are still by increments.
+/// `vector`, rad. The own block `H` becomes `T' H T` plus the symmetric part of the derivative of `T' g` by `vector` at
+/// constant `g`, over `length`. The entries `g` of `gradient`, which has all body coordinates, are still by increments.
 pub(super) fn convert_tangent<D: Scalar, T: Tangent<D>>(
     rotation: &SpatialRotation<D>,
     vector: Vector<D>,

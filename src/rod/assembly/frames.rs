@@ -16,7 +16,7 @@ use crate::rod::ReferenceFrames;
 pub struct RotationReference<D> {
     /// Its axes, in the columns, in those of the world.
     pub axes: Matrix3<D>,
-    /// The coordinates that belong to it, m.
+    /// The coordinates `z0` at which the rotation has these axes, m.
     pub coordinates: Vector<D>,
 }
 

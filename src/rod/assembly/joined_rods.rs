@@ -42,7 +42,7 @@ pub(super) type TangentOfLayout<D, L> = BorderedTangent<D, <L as AssemblyLayout>
 pub struct JoinedRods<D: Nestable, L: AssemblyLayout> {
     pub(super) members: Vec<Member<D, L>>,
     pub(super) bodies: L::Bodies<D>,
-    /// First coordinate of the bodies.
+    /// Index of the first coordinate of the bodies in the unknowns.
     pub(super) first: usize,
     /// Mass of every unknown, kg; without a meaning for carried and fixed nodes.
     mass: Vec<D>,

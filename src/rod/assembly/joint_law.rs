@@ -108,8 +108,8 @@ fn moment_of_spring<D: Scalar>(
     transposed_times(&inverse(&tangent_map(xi)), force)
 }
 
-/// The rotation `relative` of a clamp in the axes of its body after further rotations: of the body by the rotation vector
-/// `turns[0..3]`, of the clamp by `turns[3..6]`, rad, each in its own axes.
+/// The rotation `relative` of a clamp in the axes of its body after further rotations: of the body by the rotation
+/// vector `turns[0..3]`, of the clamp by `turns[3..6]`, rad, each in its own axes.
 fn turned_relative<D: Scalar>(relative: &Matrix3<D>, turns: &[D; 6]) -> Matrix3<D> {
     let [a, b, c, d, e, f] = *turns;
     let clamp = product(relative, &exponential([d, e, f]));
@@ -137,9 +137,9 @@ impl<D: Nestable> ElasticJoint<D> {
         }
     }
 
-    /// Energy, J, first and second derivatives, N m, at the rotation `relative`. Entries 0 to 2 are by rotations of the body, 3
-    /// to 5 by those of the clamp, each in its own axes. Second derivatives of a spring are the symmetric part of the derivatives
-    /// of its moments; those of a hinge are computed in dual numbers.
+    /// Energy, J, first and second derivatives, N m, at the rotation `relative`. Entries 0 to 2 are by rotations of the
+    /// body, 3 to 5 by those of the clamp, each in its own axes. Second derivatives of a spring are the symmetric part
+    /// of the derivatives of its moments; those of a hinge are computed in dual numbers.
     pub fn tangent(&self, relative: &Matrix3<D>) -> Local<D, 6> {
         let at = SVector::from([D::from(0.0); 6]);
         let JointStiffness::Spring(stiffness) = self.stiffness else {
@@ -151,8 +151,8 @@ impl<D: Nestable> ElasticJoint<D> {
             let (energy, gradient, hessian) = num_dual::hessian(energy, &at);
             return Local { energy, gradient: gradient.data.0[0], hessian: hessian.data.0 };
         };
-        // The moment of the clamp is a function of the rotation vector alone: its derivatives by further rotations of the clamp
-        // are those by the rotation vector times `T^-1`.
+        // The moment of the clamp is a function of the rotation vector alone: its derivatives by further rotations of
+        // the clamp are those by the rotation vector times `T^-1`.
         let xi = self.rotation(relative);
         let natural = self.natural.map(|n| OutOfLine(DualSVec::<D, 3>::from_re(n)));
         let stiffness_over = stiffness.map(|k| OutOfLine(DualSVec::<D, 3>::from_re(k)));

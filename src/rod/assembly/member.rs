@@ -31,7 +31,7 @@ pub(super) type MotionOf<D, L> = <<L as AssemblyLayout>::Bodies<D> as CarryingBo
 pub struct Member<D: Nestable, L: AssemblyLayout> {
     /// The rod.
     pub rod: L::Rod<D>,
-    /// Its unknowns in those of the assembly.
+    /// Range of its unknowns in those of the assembly.
     pub range: Range<usize>,
     /// Ends that bodies carry.
     pub attachments: Vec<Attachment<L::Place<D>>>,
@@ -176,7 +176,7 @@ pub(super) struct RodUnknowns<D: Nestable, L: AssemblyLayout> {
     pub other: Vec<D>,
     /// Carried nodes at that time.
     pub other_carried: Vec<MotionOf<D, L>>,
-    /// Numbers of the elements.
+    /// One or more numbers for each element, such as strains or axial forces.
     pub elements: Vec<D>,
 }
 

@@ -1,10 +1,10 @@
 //! Derivatives by the coordinates of bodies through the nodes that the bodies carry (chain rule), for one rod.
 //!
-//! `reduce_gradient` adds `J' f`, N, with the derivatives `J` of the carried unknowns and the gradient `f` by them.
-//! `reduce_tangent` adds `J' A J` and the curvature of the carried unknowns times `f`, N/m, to the matrix of the
-//! bodies, and overwrites the couplings `A J` between the rows beside an end and its coordinates. Both then remove
-//! the carried and fixed unknowns from the rod: their gradient becomes zero, and their rows and columns those of the
-//! identity.
+//! `reduce_gradient` adds `J' f`, N, to the gradient by the bodies, with the derivatives `J` of the carried unknowns
+//! and the gradient `f` of the rod by them. `reduce_tangent` adds `J' A J`, with the tangent `A` of the rod, and the
+//! second derivatives of the carried unknowns times `f`, N/m, to the matrix of the bodies. It overwrites the couplings
+//! `A J` between the rows beside an end and the coordinates that carry it. Both then remove the carried and fixed
+//! unknowns from the rod: their gradient becomes zero, and their rows and columns those of the identity.
 
 use crate::numerics::envelope::Envelope;
 use crate::numerics::scalar::Nestable;

@@ -32,9 +32,10 @@ use crate::rod::assembly::spatial_bodies::SpatialBodies;
 
 impl<D: Nestable> SpatialBodies<D> {
     /// Adds to `forces`, N, the inertia forces of all rotations beyond those of diagonal masses: `w x J w` and the mass
-    /// damping of the products of inertia, over `length`. If `blocks` is given, appends for each rotation their
-    /// derivatives and that of the increments, N/m. Lists have the coordinates of bodies; `forces` contains the
-    /// gradient.
+    /// damping of the products of inertia, over `length`. Lists have the coordinates of bodies; `forces` contains the
+    /// gradient. If `blocks` is given, appends one block, N/m, for each rotation by the increments. It has the
+    /// derivative of `w x J w`, that of the inertia beyond the diagonal masses, and `m x/2` with the moment `m` of
+    /// `forces`.
     pub(super) fn add_rotational_inertia(
         &self,
         z: &[D],

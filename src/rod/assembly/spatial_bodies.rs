@@ -45,13 +45,13 @@ pub struct SpatialBody<D> {
 /// An elastic joint between a body and the clamp of a rod, in space.
 #[derive(Clone, Copy, Debug)]
 pub struct SpatialSpring<D> {
-    /// The body.
+    /// Index of the body.
     pub body: usize,
     /// Rotation of the clamp. Its axes are the directors and the tangent of the edge.
     pub rotation: SpatialRotation<D>,
     /// Its law.
     pub law: ElasticJoint<D>,
-    /// Time of the viscous moment, s.
+    /// Time `t` of the viscous moment, s: the stiffness times `t` times the rate of the rotation vector.
     pub damping: D,
 }
 
@@ -351,7 +351,7 @@ impl<D: Nestable> CarryingBodies<D, [D; 3]> for SpatialBodies<D> {
         }
     }
 
-    /// A copy with zero loads and joints without stiffness; masses and arms stay.
+    /// A copy with zero loads and joints without stiffness, for the dashpots of an assembly; masses and arms stay.
     fn passive(&self) -> Self {
         let (mut bodies, zero) = (self.clone(), D::from(0.0));
         bodies.bodies.iter_mut().for_each(|body| body.load = [zero; 3]);
@@ -362,7 +362,7 @@ impl<D: Nestable> CarryingBodies<D, [D; 3]> for SpatialBodies<D> {
         bodies
     }
 
-    /// Whether the viscous time of a joint, or a derivative of it, is not zero.
+    /// Whether the time of the viscous moment of a joint, or a derivative of it, is not zero.
     fn has_viscous_springs(&self) -> bool {
         self.springs.iter().any(|spring| is_viscous(spring.damping))
     }

@@ -13,11 +13,11 @@
 //! `phi.t` with the tangent `t` in the axes of the body. Its second derivatives are zero: the rotation about `t` in
 //! `exp(phi)`, beside the shortest rotation of `t`, differs from `phi.t` in the third order.
 //!
-//! [`SpatialRotation`]: `of` takes its three entries from a list, `axes` are the turned axes at given coordinates,
-//! `rest_axes` those at the reference, `vector` is the rotation vector from there, rad, and `tensor` the inertia tensor
-//! in the axes of the body. [`SpatialCarried`] is the position of a node with its derivatives: `at` is the center of a
-//! body, and `add_arm` adds an arm that turns with a rotation. `arm_curvature` are second derivatives of `force.(R
-//! exp(phi) arm)` by `phi`.
+//! [`SpatialRotation`]: `of` takes its three entries from a list, `vector` is the rotation vector from the reference,
+//! rad. `axes` are the turned axes at given coordinates, `rest_axes` those at the reference; `tensor` is the inertia
+//! tensor in the axes of the body. [`SpatialCarried`] is the position of a node with its derivatives: `at` is the
+//! center of a body, and `add_arm` adds an arm that turns with a rotation. `arm_curvature` are second derivatives of
+//! `force.(R exp(phi) arm)` by `phi`.
 
 use crate::numerics::rotation::{Matrix3, column, exponential, product, times};
 use crate::numerics::scalar::Scalar;

@@ -55,7 +55,7 @@ pub struct MemberTangent<D, T> {
     /// Second derivatives by the unknowns of the rod; rows and columns of carried and fixed nodes are those of the
     /// identity.
     pub band: T,
-    /// The unknowns of the rod.
+    /// Range of the unknowns of the rod in those of the assembly.
     pub range: Range<usize>,
     /// Couplings of its carried ends.
     pub couplings: Vec<Coupling<D>>,
@@ -66,7 +66,7 @@ pub struct MemberTangent<D, T> {
 pub struct BorderedTangent<D, T> {
     /// One per rod.
     pub members: Vec<MemberTangent<D, T>>,
-    /// The first coordinate of the bodies.
+    /// Index of the first coordinate of the bodies in the unknowns.
     pub first: usize,
     /// Second derivatives by the coordinates of bodies.
     pub bodies: Envelope<D>,

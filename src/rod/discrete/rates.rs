@@ -78,11 +78,13 @@ type JointRate<L, const N: usize, const S: usize, const G: usize> =
 pub struct Rates<L: RateLayout<N, S>, const N: usize, const S: usize, const G: usize> {
     /// Whether any derivative of a stretching, bending or twisting law differs from zero.
     elastic: bool,
-    /// Laws of the edges as functions of the unknowns, which include the change of strain by the rest length, and as
-    /// functions of the strains.
+    /// Derivatives of stiffness and natural stress of the law of each edge at fixed unknowns: they include the change
+    /// of the strain by that of the rest length.
     pub(super) stretch: Vec<LawRate<[Lanes<G>; 1], 1, G>>,
+    /// The same derivatives at fixed strains.
     axial: Vec<LawRate<[Lanes<G>; 1], 1, G>>,
-    /// Parts of the edges beyond a linear law, with the derivative along each parameter; empty of linear laws.
+    /// Parts of the laws of the edges beyond the linear ones, with the derivative along each parameter; empty for
+    /// linear laws.
     pub(super) nonlinear: Vec<[NonlinearPart<Dual64>; G]>,
     /// Derivatives of the rest lengths, over the rest lengths.
     pub(super) rest: Vec<Lanes<G>>,

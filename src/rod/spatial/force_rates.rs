@@ -130,10 +130,11 @@ pub(super) fn joint_force_rates<const G: usize>(
 }
 
 /// The derivatives along `G` parameters of the force on the second node of an edge, N, and of the torque about it, N m.
-/// The edge has the axial `force`, which changes by `force_rate`, the `pull` of both its joints, and the `motion`.
+/// The edge has the axial `force`, which changes by `force_rate`, and the `motion`. `pull` are the derivatives of the
+/// energies of both its joints by its rotations, `[p, q, h]`, with their rates.
 ///
-/// With the turns `g` of the director per `p` and `q`, the directors `m` and `P = p + h g1`, `Q = q + h g2` of the
-/// pull, the force is `F t + (P m1 + Q m2)/l`.
+/// With the turns `g` of the director per rotation of the tangent towards each director, and the directors `m`, the
+/// force is `F t + (P m1 + Q m2)/l`, where `P = p + h g1` and `Q = q + h g2`.
 #[inline(always)]
 pub(super) fn edge_force_rate<const G: usize>(
     measured: &SpatialEdgeGeometry,

@@ -36,8 +36,8 @@ impl<'a, D: Nestable, V: SimdScalar<D>> GradientWriter<'a, D, V> {
     }
 
     /// Overwrites the gradient of the nodes at the start of the edges `e` from index `first` on, less their dead loads,
-    /// and of the angles of these edges. `pull` are the derivatives of the joints after them, `axial` their axial
-    /// forces, N. Both are kept for the next block.
+    /// and of the angles of these edges. `pull` are the derivatives of the energies of the joints after them by both
+    /// edges, `axial` the axial forces of the edges, N. Both are kept for the next block.
     #[inline(always)]
     fn add(&mut self, first: usize, e: &EdgeState<V>, pull: &JointGradient<V>, axial: V) {
         // The joint before each edge is that of the previous lane.

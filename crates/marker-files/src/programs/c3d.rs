@@ -3,12 +3,13 @@
 //! A C3D file has blocks of 512 bytes: a header, parameters in groups, and frames. A frame has four words for every
 //! point, x, y, z and the residual, and then analog data, which are skipped. Words are floats of 32 bits if the scale
 //! is negative, else integers of 16 bits times the scale. A point with a negative residual, or NaN, was not detected.
-//! Names and unit are those of the group POINT; without a unit it is that of the calibration. Number of points, scale
-//! and rate are those of this group, else of the header, and the range of frames that of the group TRIAL, else of the
-//! header. Frames are numbered from the first frame that the file states: 1, or a later one in a part of a recording.
-//! Errors: numbers that are not little-endian (Intel), files that are cut off, counts that contradict each other, no
-//! point, a rate that is not positive, an unknown unit, and infinite coordinates. They have the number of the frame in
-//! the file in place of a line, 1 for the header.
+//! Names and unit are those of the group POINT. Point number K without a name is `point K`, from 1; without a unit it
+//! is that of the calibration. Number of points, scale and rate are those of this group, else of the header. The range
+//! of frames is that of the group TRIAL, else of the header; there 65535 as the last frame is replaced by a larger
+//! POINT:FRAMES. Frames are numbered from the first one of this range, and frame 1 is at time zero. Errors: numbers
+//! that are not little-endian (Intel), files that are cut off, counts that contradict each other, no point, a rate that
+//! is not positive, an unknown unit, and infinite coordinates. In place of a line, errors of coordinates have the
+//! number of the frame in the file, counted from 1, and others have 1.
 
 use crate::error::Error;
 use crate::format::Format;
@@ -136,8 +137,8 @@ fn position(
 }
 
 /// The layout of the frames by the header and the groups POINT and TRIAL of the parameters; `None` for a file without a
-/// whole header. An error, as a message, for numbers in both that differ, or that are not possible, and for fewer bytes
-/// than frames.
+/// whole header. A number of the parameters replaces that of the header unless it is missing or 0. Errors, as messages:
+/// numbers of points or of the first data block that differ in both, impossible numbers, and fewer bytes than frames.
 fn layout(bytes: &[u8], parameters: &Parameters) -> Option<Result<DataLayout, String>> {
     let [points, analog, from, to] = [2, 4, 6, 8].map(|at| word(bytes, at));
     let (points, analog, from, to) = (points?, analog?, from?, to?);

@@ -1,7 +1,7 @@
 //! Reader of exports of Kinovea, of two kinds: frames by time, and trajectories as markers.
 //!
 //! A spreadsheet has the time, and `NAME/X`, `NAME/Y` of every trajectory, in the units of the header; without units in
-//! seconds and the unit of the calibration. Pixels count as pointing up. A text begins with `#` and has the
+//! seconds and the unit of the calibration. Positions in pixels have y up. A text begins with `#` and has the
 //! trajectories one below the other, below two comments that name no trajectory. Each trajectory is below its name in a
 //! comment, or after a blank line and then numbered from 1. Its lines are `T X Y`, in seconds and the unit of the
 //! calibration. Time codes, as `0:00:01`, other columns, several or unknown units, lines of a text without three

@@ -23,7 +23,8 @@ fn spaced(bytes: &[u8]) -> Vec<u8> {
 }
 
 /// Reads the bytes of a file of Tracker into frames by time, s, and tracks as markers, in the unit of the calibration;
-/// `path` is for messages. Columns other than x, y and z are skipped. An error without `t` and without x and y.
+/// `path` is for messages. Columns other than x, y and z are skipped. An error if the first column is not `t`, if no
+/// track has a column x, y or z, and for a track without x or y.
 pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<MarkerFile, Error> {
     // The first line may be a single name without a separator: the second one shows it.
     let text = bytes.split(|b| *b == b'\n').filter(|line| !line.trim_ascii().is_empty()).nth(1);

@@ -25,11 +25,11 @@ use crate::numerics::tangent::Factors;
 use crate::rod::{Rod, State};
 use crate::scene::{Scheme, StepTolerance};
 
-/// The accelerations, m/s^2 (rad/s^2), of the free unknowns of a rod in `state`, as a step of implicit Euler of size
-/// `h`, s, resolves them; one entry per unknown, with zero for held and prescribed ones. Strain rates are those of the
-/// finite `change` of all unknowns in two such steps. An edge of constant length that rotates has a velocity that would
-/// stretch it, but no such change. The rates are stored in `state` if it has internal variables.
-/// [`Error::SingularTangent`] for a singular matrix.
+/// The accelerations of a rod in `state` as a step of implicit Euler of size `h`, s, resolves them: the solution of `(M
+/// + h C + h^2 K) a = -n`, m/s^2 (rad/s^2), with loads in time in `n`. There is one entry per unknown, zero for held
+/// and prescribed ones. Strain rates are the differences of the strains over the `change` of all unknowns in two such
+/// steps, divided by `2 h`. They do not follow from velocities, because the velocities of a rotating edge would stretch
+/// it. The rates are stored in `state` if it has internal variables. [`Error::SingularTangent`] for a singular matrix.
 pub(crate) fn acceleration_within<D: Nestable, R: Rod<D>>(
     h: f64,
     system: &System<D, R>,

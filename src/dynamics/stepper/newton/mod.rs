@@ -397,8 +397,9 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
         work.gradients += usize::from(!with_tangent);
     }
 
-    /// Computes the sums of the evaluated forces and, if `with_tangent`, of the tangent with those of drag. Then
-    /// prescribed unknowns are decoupled in the tangents. `states`: before the step and at the iterate.
+    /// With a fluid, overwrites `total`, the gradient less the drag forces, N. If `with_tangent`, it also overwrites
+    /// `matrix`, the tangent plus the derivatives of minus the drag, N/m. With `with_tangent` prescribed unknowns are
+    /// then decoupled in tangent and matrix, also without a fluid. `states`: before the step and at the iterate.
     fn drag(
         &mut self,
         step: &Step<'_, D, R>,
@@ -551,9 +552,9 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
         part <= self.tolerance.part() || slip_state.is_unchanged(elastic, part)
     }
 
-    /// Solves for the correction from minus the residual and adds it to the free unknowns of `state`. Returns the
-    /// largest displacement of a node, m, and the largest rotation of a director times the rod's length, m. Counts
-    /// one Newton iteration.
+    /// Replaces minus the residual in `correction` by the correction of the unknowns, by the factors of the step, and
+    /// adds it to the free unknowns of `state`. Returns the largest displacement of a node along an axis, m, and the
+    /// largest rotation of a director times the rod's length, m. Counts one Newton iteration.
     #[inline(always)]
     fn correct(
         &mut self,

@@ -1,10 +1,11 @@
 //! A step of a solved simulation repeated over dual numbers, with the factors of the plain solution.
 //!
-//! The step equations `r(q, p) = 0` of a solution `q` in plain numbers have the derivatives `-(dr/dq)^-1 dr/dp` (implicit
-//! function theorem). The residual over dual numbers at `q` contains `dr/dp` times the derivatives of numbers and start. One
-//! correction per order of derivatives, with the plain factors of `dr/dq`, gives the unknowns with their derivatives. Neither
-//! tangent nor factors over dual numbers are needed. Values stay those of `q`: corrected ones would follow a motion of their
-//! own, linearized about another one, and leave it where stiffnesses differ by orders of magnitude.
+//! The step equations `r(q, p) = 0` of a solution `q` in plain numbers have the derivatives `-(dr/dq)^-1 dr/dp`
+//! (implicit function theorem). The residual over dual numbers at `q` contains `dr/dp` times the derivatives of numbers
+//! and start. One correction per order of derivatives, with the plain factors of `dr/dq`, gives the unknowns with their
+//! derivatives. Neither tangent nor factors over dual numbers are needed. The values of the unknowns stay those of `q`:
+//! corrected values would be those of another motion than the one that the factors belong to. The two would diverge
+//! where stiffnesses differ by orders of magnitude.
 
 use crate::dynamics::step::{Step, Work};
 use crate::dynamics::stepper::newton::Newton;

@@ -3,12 +3,12 @@
 //!
 //! Input: the state before the step and the predicted one. Output: the corrected unknowns, with a new tangent in each
 //! iteration. The rounding level of a residual (kg m) is [`ROUNDING`] times `eps` times the sum of the absolute values
-//! of its terms. The iteration ends when all residuals are at most at their levels, and the last correction was below
-//! `LAST_STEP` rod lengths or not halved. It also ends after a correction below [`SMALLEST_STEP`] rod lengths. Dual
-//! numbers get one more correction per order of derivatives. With kept tangents the step is linearized at the solution.
-//! `solve_to_rounding` is the iteration, `set_rounding` overwrites the rounding levels, and `largest_residual` returns
-//! the largest residual with its level, and whether all are at theirs. Errors: no convergence within `MAX_ITERATIONS`,
-//! a residual that is not finite, or a zero pivot.
+//! of its terms. The iteration ends when all residuals are at most at their levels, and the last correction was at most
+//! `LAST_STEP` rod lengths, or at least half of the one before. It also ends after a correction of at most
+//! [`SMALLEST_STEP`] rod lengths. Dual numbers get one more correction per order of derivatives. With kept tangents the
+//! step is linearized at the solution. `solve_to_rounding` is the iteration, `set_rounding` overwrites the rounding
+//! levels, and `largest_residual` returns the largest residual with its level, and whether all are at theirs. Errors:
+//! no convergence within `MAX_ITERATIONS`, a residual that is not finite, or a zero pivot.
 
 use crate::dynamics::linearization::StageForces;
 use crate::dynamics::step::{Step, Work};
@@ -30,10 +30,11 @@ const LAST_STEP: f64 = 1e-8;
 
 impl<D: Nestable, R: Rod<D>> Newton<D, R> {
     /// Corrects the unknowns of `state`, with a new tangent in each iteration. It ends when all residuals are at their
-    /// rounding levels, and the last correction was below [`LAST_STEP`] lengths of the rod or no longer halved. It also
-    /// ends after a correction below [`SMALLEST_STEP`] lengths. Numbers that carry derivatives get one more correction
-    /// per order. With kept tangents the step is linearized at the solution. [`Error::Newton`] after [`MAX_ITERATIONS`]
-    /// corrections, or if the residual is not finite; [`Error::SingularTangent`] for a zero pivot.
+    /// rounding levels, and the last correction was at most [`LAST_STEP`] lengths of the rod, or at least half of the
+    /// one before. It also ends after a correction of at most [`SMALLEST_STEP`] lengths. Numbers that carry derivatives
+    /// get one more correction per order. With kept tangents the step is linearized at the solution. [`Error::Newton`]
+    /// after [`MAX_ITERATIONS`] corrections, or if the residual is not finite; [`Error::SingularTangent`] for a zero
+    /// pivot.
     pub(super) fn solve_to_rounding(
         &mut self,
         step: &Step<'_, D, R>,

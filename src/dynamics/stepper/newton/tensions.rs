@@ -73,11 +73,11 @@ impl<D: Nestable> Tensions<D> {
     }
 
     /// Decides whether the next tangent uses predicted tensions, after a `correction` to the unknowns `q` with their
-    /// frames, that moved nodes by up to `moved`, m. In a step that began without them it does from the fourth tangent
-    /// on, and in the next step if there was one. In a step that began with them it does until its end. The next step
-    /// begins with them if this one took more than two tangents, and fewer than the last usual one. Never after more
-    /// than [`MOST`] tangents or for `moved` above [`SMALL`] edge lengths. The tensions are then predicted to first
-    /// order in the correction.
+    /// frames, that moved nodes by up to `moved`, m. A step that began without predicted tensions uses them from its
+    /// fourth tangent on; if it had a fourth, the next step begins with them. A step that began with them uses them
+    /// until its end. The next step then begins with them if this one took more than two tangents, and fewer than the
+    /// last step that began without. They are never used after more than [`MOST`] tangents or for `moved` above
+    /// [`SMALL`] edge lengths. If they are used, they are predicted to first order in the correction.
     pub fn corrected<R: Rod<D>>(
         &mut self,
         rod: &R,

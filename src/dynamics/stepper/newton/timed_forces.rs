@@ -90,7 +90,8 @@ pub(super) fn add_moments<D: Nestable, T: Tangent<D>>(
     }
 }
 
-/// Adds the forces of loads in time at the time `t`, s, and the unknowns `q`, with those of moments, to `forces`, N.
+/// Adds to `forces`, N, those of loads in time at the time `t`, s: forces on nodes, and those of moments on edges at
+/// the unknowns `q`. Nothing without loads in time.
 pub(super) fn add_timed_now<D: Nestable, R: Rod<D>>(
     system: &System<D, R>,
     t: f64,

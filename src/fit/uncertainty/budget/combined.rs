@@ -1,11 +1,13 @@
 //! Uncertainty budget of the estimates (Guide to the Expression of Uncertainty in Measurement, GUM).
 //!
 //! Every source has a contribution in the unit of the parameter and a share of the combined variance; inputs also have
-//! a sensitivity coefficient `c`. Inputs that are [known](crate::fit::Known) with standard uncertainties `u` and
-//! correlations `r` contribute the variance `sum_ij c_i u_i r_ij c_j u_j`, with `c` from the
+//! a sensitivity coefficient `c`, the derivative of the estimate by the input. Inputs that are
+//! [known](crate::fit::Known) with standard uncertainties `u` and correlations `r` contribute the variance
+//! `sum_ij c_i u_i r_ij c_j u_j`, with `c` from the
 //! [sensitivities](crate::fit::uncertainty::budget::input_sensitivities) of the estimates. Other sources are the noise,
 //! mesh and step (rectangular distributions: the discretization error over the root of 3). Differences between
-//! experiments beyond the noise and their own inputs are one more, if the jackknife is reported.
+//! experiments beyond the noise and their own inputs are one more, if the interval of the jackknife is the reported
+//! one.
 //!
 //! [`add_budgets`] adds to every estimate with a value and a standard error its lines, the combined standard
 //! uncertainty, the coverage factor and the expanded 95 % interval, within the limits of the parameter. The factor is
@@ -53,8 +55,8 @@ pub(crate) struct BudgetInputs<'a> {
 }
 
 /// Sets the budget of every estimate, and the spread over Monte Carlo fits with random inputs and noise if the analysis
-/// requests them. A spread unlike the budget adds a note. Nothing changes after an interruption, without the responses
-/// to known inputs, or where no estimate has a standard error.
+/// requests them. A spread that differs significantly from the budget adds a note. Nothing changes after an
+/// interruption, without the responses to known inputs, or where no estimate has a standard error.
 pub(crate) fn add_budgets(
     estimates: &mut [Estimate],
     fitted: Fitted,
@@ -90,10 +92,10 @@ pub(crate) fn add_budgets(
 }
 
 /// Sets the spread of the estimates over this number of Monte Carlo `fits`, beside the standard deviation that noise
-/// and inputs predict: the root of the sum of their squares, with the noise by the residuals and not by the jackknife.
-/// A spread that differs from the prediction by more than [`NOT_LINEAR`], and by more than [`SIGNIFICANT_SPREAD`] of
-/// its relative standard errors `1/sqrt(2 fits)`, adds a note. Estimates without a value, a standard error or a spread
-/// are skipped.
+/// and inputs predict. The number includes failed fits, which have no part in the spread. The prediction is the root of
+/// the sum of squares of both, with the noise by the residuals and not by the jackknife. A spread that differs from the
+/// prediction by more than [`NOT_LINEAR`], and by more than [`SIGNIFICANT_SPREAD`] of its relative standard errors
+/// `1/sqrt(2 fits)`, adds a note. Estimates without a value, a standard error or a spread are skipped.
 fn add_monte_carlo(
     estimates: &mut [Estimate],
     search: &Search,
@@ -163,8 +165,8 @@ fn add_budget(
             ..line(&input.label(), contributions[i].abs(), None)
         });
     }
-    // Noise and differences between experiments have the degrees of freedom of these differences together. Inputs of one
-    // experiment are a part of the differences.
+    // Noise and differences between experiments have the degrees of freedom of these differences together. Inputs of
+    // one experiment are a part of the differences.
     let jackknife = estimate.cluster_jackknife.as_ref().filter(|jackknife| jackknife.reported);
     let (scatter, freedom) = match jackknife {
         Some(jackknife) => {

@@ -2,9 +2,9 @@
 //!
 //! An estimate with a standard error has one [`BudgetLine`] per source of uncertainty (an input, `noise`,
 //! `experiments`, `mesh`, `step`). Its contribution is a standard uncertainty in the unit of the parameter; the share
-//! is a fraction of the combined variance, negative where a correlation compensates others. The standard uncertainty
-//! of an input is in the unit of the input. One [`InputSensitivity`], the response to +1 %, is there per listed input
-//! without a stated uncertainty: in the unit of the parameter, and as a fraction of positive estimates.
+//! is a fraction of the combined variance, negative where a correlation compensates others. The standard uncertainty of
+//! an input is in the unit of the input. There is one [`InputSensitivity`], the response to +1 %, for each listed input
+//! without a stated uncertainty: in the unit of the parameter, and as a fraction of estimates of positive parameters.
 //! [`MonteCarlo`] is the spread of its Monte Carlo fits, if requested, beside the standard deviation that the budget
 //! predicts. `combined` creates the lines and the spread, `input_sensitivities` the responses.
 
@@ -70,7 +70,7 @@ impl BudgetLine {
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct MonteCarlo {
-    /// Number of fits.
+    /// Number of fits, those that failed and are left out included.
     pub fits: usize,
     /// Standard deviation of the estimates, in the parameter's unit.
     pub std: f64,
@@ -95,7 +95,7 @@ pub struct InputSensitivity {
     pub unit: String,
     /// Change of the estimate, in its unit.
     pub change: f64,
-    /// Relative change of the estimate, as a fraction, where the estimate is positive.
+    /// Relative change of the estimate, as a fraction, of a positive parameter.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub relative: Option<f64>,
 }

@@ -4,12 +4,12 @@
 //! its value and its change, both in its unit, in the experiments with this value. `of_known` is the change of a known
 //! input by one standard uncertainty, `with_size` that of an omitted effect by a given size. [`unstated_inputs`]
 //! returns changes by +1 % of other nonzero numbers of geometry, material, loads, camera scale and motion
-//! (`INPUT_PATHS`). Left out are directions, places and directions in a structure (`PLACES`), numbers that are
-//! identified or known, and those without derivatives in the model. The list ends after [`MOST_NUMBERS`] numbers. The
-//! components of a vector are one change. Derivatives of the residuals by these numbers yield the [input
+//! (`INPUT_PATHS`). Left out are directions, points of a structure (`PLACES`), numbers that are identified or known,
+//! and those without derivatives in the model. The list ends after [`MOST_NUMBERS`] numbers. The components of a vector
+//! are one change. Derivatives of the residuals by these numbers yield the [input
 //! directions](crate::fit::uncertainty::budget::input_directions). `shifted` moves the values at which these
 //! derivatives are taken. `relative_density_change` returns the relative change if only the density changes, in all
-//! experiments and by the same fraction; else none.
+//! experiments and by the same fraction; else `None`.
 
 use crate::fit::known::Known;
 use crate::fit::measurement::experiment::Experiment;
@@ -40,7 +40,8 @@ const INPUT_PATHS: [&str; 14] = [
 ];
 /// Paths of direction vectors, whose length has no effect.
 const DIRECTION_PATHS: [&str; 3] = ["rod.shape.direction", "rod.shape.axis", "rod.section.up"];
-/// Parts of the paths of directions and places of a structure: a change would separate the points of a joint.
+/// Parts of the paths of directions and points of a structure, which are no inputs: a change would separate the points
+/// of a joint.
 const PLACES: [&str; 6] =
     [".shape.direction", ".shape.axis", ".section.up", ".origin.", ".position.", ".connects."];
 /// Relative difference up to which changes of the density are equal, up to rounding.
@@ -126,12 +127,13 @@ impl InputChange {
         (is_density && experiments.iter().all(is_changed)).then_some(first)
     }
 
-    /// The unit of the number; that of the first component of a vector, and empty without parts.
+    /// The unit of the number, or of the first component of a vector; empty without parts.
     pub fn unit(&self) -> &'static str {
         self.parts.first().map_or("", |part| part.number.parameter.unit())
     }
 
-    /// The value of the number, in its unit, if there is one part only; none for a vector, or where experiments differ.
+    /// The value of the number, in its unit, if all experiments with it have the same; `None` for a vector with several
+    /// components, where experiments differ, and without parts.
     pub fn value(&self) -> Option<f64> {
         match &self.parts[..] {
             [alone] => Some(alone.value),
@@ -140,9 +142,10 @@ impl InputChange {
     }
 }
 
-/// A change by +1 % of every input of the scenes in [`INPUT_PATHS`], without direction vectors. Left out are numbers
-/// that are identified or among `knowns`, zeros, and those that the model cannot differentiate by. The list ends after
-/// [`MOST_NUMBERS`] numbers. The components of a vector are parts of one change, named like the vector.
+/// A change by +1 % of every input of the scenes in [`INPUT_PATHS`], without direction vectors and points of a
+/// structure. Left out are numbers that are identified or among `knowns`, zeros, and those that the model cannot
+/// differentiate by. The list ends after [`MOST_NUMBERS`] numbers, also between the components of a vector. The
+/// components of a vector are parts of one change, named like the vector.
 pub(crate) fn unstated_inputs(search: &Search, knowns: &[Known]) -> Vec<InputChange> {
     let is_stated = |p: Parameter, e: &Experiment| {
         search.unknowns.iter().any(|u| u.parameter == p && u.is_of(e))

@@ -1,12 +1,12 @@
 //! Linear response of the estimates to changes of inputs.
 //!
 //! A change `dk` of an input changes the residuals by `dr = (dr/dk) dk`. The fit follows: the unknowns move by
-//! `-(J'WJ)^-1 J'W dr`, with the squared weights `W`. Derivatives of the residuals by inputs are computed like those by
-//! parameters, all in one run; a run that fails is an error. [`InputDirections`] has one column per change: the change
-//! of the weighted residuals, and its part that is orthogonal to the Jacobian (`orthogonal_changes`). `responses` are
-//! those of each unknown on its scale (logarithm of a positive parameter), none where it is not identified;
-//! `responses_to` are those to other changes of the weighted residuals. Input: an optimum, its identified unknowns, the
-//! weights, and the changes of inputs. Budgets and score tests use the result.
+//! `-(J'WJ)^-1 J'W dr`, with the squared weights `W` and the Jacobian `J`. Derivatives of the residuals by inputs are
+//! computed like those by parameters, all in one run; a run that fails is an error. Input: an optimum, its identified
+//! unknowns, the weights, and the changes of inputs. [`InputDirections`] has one column per change: the change of the
+//! weighted residuals, and its part that is orthogonal to the Jacobian (`orthogonal_changes`). `responses` are the
+//! moves of each unknown on its scale (logarithm of a positive parameter), `None` where it is not identified;
+//! `responses_to` are those for other changes of the weighted residuals. Budgets and score tests use the result.
 
 use crate::error::Error;
 use crate::fit::measurement::experiment::Experiment;
@@ -76,14 +76,16 @@ impl InputDirections {
     }
 
     /// Responses to every change (outer index) of every unknown (inner index), on its scale (logarithm of a positive
-    /// parameter). None for unknowns that are not identified, or that other unknowns replace entirely.
+    /// parameter). `None` for unknowns that are not identified or have no effect, and without a finite solution, as
+    /// where other unknowns have exactly the same effect.
     pub fn responses(&self) -> Vec<Vec<Option<f64>>> {
         self.responses_to(&self.changes)
     }
 
     /// Responses to other `changes` of the weighted residuals, a column each, of every unknown on its scale (logarithm
-    /// of a positive parameter): `-R^-1 Q' change`. The outer index is the column, the inner one the unknown. None for
-    /// unknowns that are not identified, or that other unknowns replace entirely.
+    /// of a positive parameter): `-R^-1 Q' change`, with the QR factors of the weighted Jacobian. The outer index is
+    /// the column, the inner one the unknown. `None` for unknowns that are not identified or have no effect, and
+    /// without a finite solution, as where other unknowns have exactly the same effect.
     pub fn responses_to(&self, changes: &DMatrix<f64>) -> Vec<Vec<Option<f64>>> {
         let Self { free, norms, factors, .. } = self;
         let solved = factors.r().solve_upper_triangular(&(factors.q().tr_mul(changes)));

@@ -11,10 +11,10 @@
 //!
 //! The estimates do not change, as `U` is orthogonal to the Jacobian. [`InputErrors::without_explained`] returns the
 //! optimum with the residuals without these errors, for tests. If one is above [`IMPROBABLE`] standard uncertainties it
-//! adds a warning of a misfit instead, and returns none. It also returns none without known inputs, or for residuals of
-//! rounding errors. The variance of each unknown by the inputs, on its scale (logarithm of a positive parameter;
-//! [`InputErrors::variance`]), is a part of its budget. `responses_of` are its changes by one standard uncertainty of
-//! each input. Contradictory correlations are an error.
+//! adds a warning of a misfit instead, and returns `None`. It also returns `None` without known inputs, or for
+//! residuals of rounding errors. [`InputErrors::variance`] is the variance of each unknown by the inputs, on its scale
+//! (logarithm of a positive parameter), a part of its budget. `responses_of` are its changes by one standard
+//! uncertainty of each input. Contradictory correlations are an error.
 
 use crate::code::Code;
 use crate::error::Error;
@@ -101,8 +101,9 @@ impl<'a> InputErrors<'a> {
     }
 
     /// The optimum with the residuals that remain without the most probable errors of the known inputs; its unknowns
-    /// and cost do not change. None without known inputs, without a variance, or where the residuals are rounding
-    /// errors. If the largest error exceeds [`IMPROBABLE`], it adds a warning of a misfit, and the result is none too.
+    /// and cost do not change. `None` without known inputs, without a positive finite variance of the noise, or where
+    /// the residuals are rounding errors. If the largest error exceeds [`IMPROBABLE`], a warning of a misfit is added,
+    /// and the result is `None` too.
     pub fn without_explained(
         &self,
         fitted: Fitted,

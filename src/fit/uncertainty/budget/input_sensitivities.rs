@@ -13,8 +13,8 @@
 //! unknowns that are not identified have no response. The responses to known inputs are a part of the budget. `add_to`
 //! adds those to +1 % to the estimates, unless they are [`NEGLIGIBLE`], and `responses_to_density` returns the
 //! derivatives by the logarithm of the density. [`are_unstated_wanted`] returns whether inputs without a stated
-//! uncertainty are included: as the options of the fit request, else if the run is cheap compared with the search
-//! ([`MAX_RELATIVE_COST`]).
+//! uncertainty are included: as the options of the fit request, or without a request if the run is cheap compared with
+//! the search ([`MAX_RELATIVE_COST`]).
 
 use crate::error::Error;
 use crate::fit::known::Known;
@@ -55,8 +55,8 @@ pub(crate) struct InputSensitivities {
 
 impl InputSensitivities {
     /// Computes the responses by one run of the full model with derivatives by the unknowns and the inputs: first all
-    /// `knowns`, then unstated inputs if `with_unstated`. Without any input there is no run, and the lists are empty.
-    /// The linear `fit` has the identified unknowns and the weights. Error: the simulation fails.
+    /// `knowns`, then unstated inputs if `with_unstated`. Without any input there is no run, and there are no
+    /// responses. The linear `fit` has the identified unknowns and the weights. Error: the simulation fails.
     pub fn new(
         fitted: Fitted,
         fit: &LinearFit,
@@ -81,8 +81,9 @@ impl InputSensitivities {
     }
 
     /// Derivatives of the unknowns, on their scales (logarithms of positive parameters), by the logarithm of the
-    /// density of all experiments. There is one entry per unknown. None where the density of some experiment is
-    /// identified or its sensitivity was not computed.
+    /// density of all experiments, one entry per unknown (`None` if it is not identified). `None` for all where the
+    /// density of some experiment is identified or its sensitivity was not computed, or where no input changes the
+    /// density of all experiments by the same fraction.
     pub fn responses_to_density(&self, search: &Search) -> Option<Vec<Option<f64>>> {
         // The density may be a known input or an unstated one.
         let mut changes = self.known.iter().chain(&self.unstated).zip(&self.responses);
@@ -94,8 +95,8 @@ impl InputSensitivities {
     }
 
     /// Sets the sensitivities to +1 % of each unstated input in the estimates with a standard error, the largest
-    /// absolute change first. Changes up to [`NEGLIGIBLE`] of 1 % of a positive estimate, or of the absolute value of
-    /// another one, are left out.
+    /// absolute change first. Changes up to [`NEGLIGIBLE`] of 1 % of the estimate of a positive parameter, or of the
+    /// absolute value of that of another one, are left out.
     pub fn add_to(&self, search: &Search, estimates: &mut [Estimate]) {
         for (j, (unknown, estimate)) in search.unknowns.iter().zip(estimates).enumerate() {
             let Some(value) = estimate.value.filter(|_| estimate.std_error.is_some()) else {
@@ -125,9 +126,9 @@ impl InputSensitivities {
     }
 }
 
-/// Whether the sensitivities to unstated inputs are computed: as the analysis requests, else if their cost in
-/// simulations is at most [`MAX_RELATIVE_COST`] times `spent`, the cost of the search. One run costs 1, and
-/// [`COST_OF_DERIVATIVE`] for each unknown and input. False after an interruption.
+/// Whether the sensitivities to unstated inputs are computed: as the analysis requests, or without a request if their
+/// cost in simulations is at most [`MAX_RELATIVE_COST`] times `spent`, the cost of the search. The cost is 1 for the
+/// run, and [`COST_OF_DERIVATIVE`] for each unknown and input. False after an interruption.
 pub(crate) fn are_unstated_wanted(
     search: &Search,
     analysis: &Analysis,

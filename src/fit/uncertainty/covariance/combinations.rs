@@ -7,8 +7,8 @@
 //! directions as well (cosine of at most [`ORTHOGONAL`]). Its logarithm `v.x` has the variance `v'Cv`. It is an
 //! estimable function: any generalized inverse `C` of the normal matrix yields the same. [`constant_combinations`]
 //! returns the exponents `v` of each product, one per unknown, for the covariance. They are scaled to 1 for the smaller
-//! one and rounded to two decimals. The covariance adds the standard deviation of the logarithm, and [`Combination`]
-//! composes name and unit for the report. [`constant_exponents`] are those of one direction.
+//! one in magnitude and rounded to two decimals. The covariance adds the standard deviation of the logarithm, and
+//! [`Combination`] composes name and unit for the report. [`constant_exponents`] are those of one direction.
 
 use crate::fit::unknown::Unknown;
 

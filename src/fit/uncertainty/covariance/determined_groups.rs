@@ -5,6 +5,7 @@
 //! density multiplied by one factor it stays the same. The data determine `EI/(rho A)` and `GJ/(rho A)`, and a modulus
 //! is proportional to the density of the scene. The criterion uses the sensitivities to the inputs: the logarithmic
 //! derivative by the density is 1 for the estimates of moduli, and 0 for all others, within [`DERIVATIVE_TOLERANCE`].
+//!
 //! [`determined_combinations`] returns the combinations with 95 % intervals, corrected for discretization; none without
 //! convergence. [`determined_groups`] returns the ratios, m^4/s^2, with relative standard errors, for each modulus with
 //! a standard error. There are none if any estimate violates the criterion, if the derivatives were not computed, and
@@ -139,12 +140,12 @@ fn shared_factors<'a>(
     if is_shared { first } else { Vec::new() }
 }
 
-/// Ratios of stiffness to mass per length, m^4/s^2, for each estimated Young's or shear modulus: `EI/(rho A)`, or two
-/// of a rod that bends in two planes, or `GJ/(rho A)`. The value is the modulus times `I/(rho A)` (or `J/(rho A)`) of
-/// the scene; the relative standard error is that of the modulus. Empty unless the logarithmic derivatives of all
-/// estimates by the density are 1 (moduli) or 0 (others) within [`DERIVATIVE_TOLERANCE`]; those without a standard
-/// error or a derivative are not tested. Empty also where these derivatives were not computed; experiments with
-/// different sections or densities have no common group.
+/// Ratios of stiffness to mass per length, m^4/s^2, for each estimated Young's or shear modulus with a standard error:
+/// `EI/(rho A)`, or two of a rod that bends in two planes, or `GJ/(rho A)`. The value is the modulus times `I/(rho A)`
+/// (or `J/(rho A)`) of the scene; the relative standard error is that of the modulus. Empty unless the logarithmic
+/// derivatives of all estimates by the density are 1 (moduli) or 0 (others) within [`DERIVATIVE_TOLERANCE`]; those
+/// without a standard error or a derivative are not tested. Empty also where these derivatives were not computed. A
+/// modulus whose experiments have different sections or densities, and one of a structure, has no ratio.
 pub(crate) fn determined_groups(
     search: &Search,
     estimates: &[Estimate],

@@ -1,23 +1,26 @@
 //! Covariance of the estimates by the Gauss-Newton approximation, with an analysis of identifiability.
 //!
-//! Input are the rows of the Jacobian by the unknowns on their scales (logarithms of positive parameters), in units of
-//! the noise. A column of at most [`SMALLEST_EFFECT`] times the norm of the measured scales has no effect, which is a
-//! finding by itself (unless the unknown has a one-sided bound). Singular values of the Jacobian with unit columns up
-//! to [`STRUCTURAL`] of the largest belong to directions of the unknowns without effect. The inverse `(J'J)^-1` of the
-//! normal matrix is formed without them. The covariance is `v (J'J)^-1` for white noise of the variance `v`, and `v
-//! (J'J)^-1 M (J'J)^-1` for a gradient with the covariance `v M`. Principal axes of the covariance along which an
-//! unknown has a standard deviation beyond `practical_limit` (with a bound: [`BOUNDED_LIMIT`] times that of its
-//! logarithm) are practically not identifiable. So are those from [`SUSPICIOUS`] of the limit on, if the misfit at the
-//! limit has not risen enough, and unknowns whose own standard deviation exceeds the limit. Output is a [`Covariance`]:
-//! standard deviations on these scales (none for unknowns without effect, in such directions or with a one-sided
-//! bound), correlations, identifiable products, and the unidentifiable directions with their texts. Its `response` is
-//! the linear response of a fit to changes of its residuals. Unknowns without a standard deviation have none, unless
-//! they have an upper bound away from zero or are in an identifiable product. `variance_along` is the variance of a
-//! linear function of the unknowns by those with a standard deviation; the others count as exact. `held_unknowns` lists
-//! one unknown of each product, with which held the others are determined. A failed decomposition is an error.
+//! Input: the Jacobian `J` of the residuals by the unknowns on their scales (logarithms of positive parameters), in
+//! units of the noise. A column whose norm is at most [`SMALLEST_EFFECT`] times the norm of the scales of the measured
+//! values has no effect. Its unknown is a finding by itself, unless it has a one-sided bound. The other columns are
+//! scaled to length one. Right singular vectors with singular values up to [`STRUCTURAL`] of the largest are
+//! structurally unidentifiable directions; `(J'J)^-1` is formed without them (pseudoinverse). The covariance is
+//! `v (J'J)^-1` for white noise of the variance `v`, and `v (J'J)^-1 M (J'J)^-1` for a gradient with the covariance
+//! `v M`.
 //!
-//! `LinearFit` has the unknowns that respond and the weights of the residuals. `LinearResponse` has the changes of the
-//! unknowns (none for those without a response) and of the residuals.
+//! Each unknown has a limit of its standard deviation: `practical_limit`, or with an entry of bounds [`BOUNDED_LIMIT`]
+//! times the standard deviation of its logarithm. A principal axis of the covariance, in units of the limits, is
+//! practically unidentifiable if one standard deviation along it moves an unknown beyond its limit. From [`SUSPICIOUS`]
+//! of the limit on the misfit is computed at the limit, and the axis is unidentifiable if it is too flat there on
+//! either side. An unknown whose own standard deviation exceeds its limit is a further direction.
+//!
+//! Output is a [`Covariance`]: standard deviations on these scales, correlations, unidentifiable directions with their
+//! texts, and products of two unknowns that are identifiable although the unknowns are not. An unknown has no standard
+//! deviation without effect, with a component in such a direction, or with a one-sided bound. Methods return the
+//! response of the optimum to a change of the residuals, the variance of a linear function, and unknowns that a further
+//! fit has to hold. Error: the singular value decomposition fails.
+//!
+//! [`LinearFit`] is the linear model of a fit for other modules, [`LinearResponse`] the response of an optimum.
 
 use crate::error::Error;
 use crate::fit::uncertainty::covariance::combinations::{Combination, constant_combinations};
@@ -31,28 +34,28 @@ use crate::numerics::column_norms;
 use faer::Mat;
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
-/// Singular values of the column-scaled Jacobian below this part of the largest are zero: its elements are accurate to
-/// about 1e-9.
+/// Singular values of the column-scaled Jacobian up to this part of the largest are zero: the elements of the Jacobian
+/// are accurate to about 1e-9.
 const STRUCTURAL: f64 = 1e-7;
 /// Part of the norm of the scales of all measured values up to which the effect of an unknown is a rounding error.
 const SMALLEST_EFFECT: f64 = 1e-9;
-/// Limit of the standard deviation of an unknown with a bound, over that of its logarithm: no direction is
-/// unidentifiable because of it.
+/// Limit of the standard deviation of an unknown with an entry of bounds, over the standard deviation of its logarithm
+/// in that entry. Well above 1: such an unknown makes no direction unidentifiable.
 const BOUNDED_LIMIT: f64 = 20.0;
 
 /// Linear model of a fit at its optimum: the unknowns that respond, and the weights of its residuals.
 pub(crate) struct LinearFit {
     /// Whether each unknown responds to changes of the residuals.
     pub identified: Vec<bool>,
-    /// Factor on every residual and its row of the Jacobian.
+    /// Factor on every residual and its row of the Jacobian (robust loss and leverage), one per residual.
     pub weights: Vec<f64>,
 }
 
 /// Linear response of a fit to a change of its residuals.
 pub(crate) struct LinearResponse {
-    /// Changes of the unknowns on their scales; none for those that do not respond.
+    /// Changes of the unknowns on their scales, one per unknown; none for those that do not respond.
     pub unknowns: Vec<Option<f64>>,
-    /// Changes of the unweighted residuals once the unknowns have responded.
+    /// Changes of the unweighted residuals after the response: the given change plus that by the changed unknowns.
     pub residuals: Vec<f64>,
 }
 
@@ -61,7 +64,7 @@ pub(crate) struct LinearResponse {
 pub(crate) struct Covariance {
     /// Standard deviation of each unknown on its scale; none where it is not identifiable.
     pub deviation: Vec<Option<f64>>,
-    /// Correlation matrix of the identifiable unknowns.
+    /// Correlation matrix, one row and column per unknown; none where either unknown has no standard deviation.
     pub correlation: Vec<Vec<Option<f64>>>,
     /// Directions that are not identifiable.
     pub findings: Vec<UnidentifiableDirection>,
@@ -70,29 +73,34 @@ pub(crate) struct Covariance {
     /// Singular values of the Jacobian with columns scaled to length one, of the unknowns that
     /// have an effect; descending.
     pub singular_values: Vec<f64>,
-    /// `(J'J)^-1` along the directions with an effect.
+    /// `(J'J)^-1` without structurally unidentifiable directions (pseudoinverse); rows and columns of unknowns without
+    /// effect are zero.
     inverse: DMatrix<f64>,
     /// Covariance over the variance of the noise.
     unit_covariance: DMatrix<f64>,
     /// Variance of the noise.
     variance: f64,
-    /// Whether each unknown has an upper bound, and its logarithm an effect at the optimum.
+    /// Whether each unknown has a one-sided upper bound and its logarithm an effect at the optimum
+    /// ([`NearZeroEstimate::is_away_from_zero`]).
     has_bound: Vec<bool>,
 }
 
 impl Covariance {
     /// Covariance of the `unknowns` from the `rows` of the Jacobian by the unknowns on their scales (logarithms of
     /// positive parameters). Rows are in units of the noise, whose `variance` is 1 with a stated sigma. `bounds` are
-    /// the one-sided bounds, in the order of the unknowns; empty: none. `motion` is the norm of the scales of all
-    /// measured values, as rod lengths, in the same units. `score_covariance` is the covariance of the gradient over
-    /// the variance, where it is not `J'J`. `rise` returns the rise of twice the misfit by a step from the optimum,
-    /// over the one at the end of a 95 % interval. Error: the singular value decomposition fails.
+    /// estimates of dampings near zero and one-sided bounds, one entry per unknown; empty: none. `motion` is the norm
+    /// of the scales (such as the rod length) of all measured values, in the same units. `score_covariance` is the
+    /// covariance of the gradient over `variance`; none: `J'J`. `rise` returns the rise of twice the misfit by a step
+    /// of the unknowns from the optimum, divided by the rise at the end of a 95 % interval. Error: the singular value
+    /// decomposition fails.
     ///
-    /// A column of at most [`SMALLEST_EFFECT`] times `motion` is a finding by itself. A principal axis of the
-    /// covariance is practically unidentifiable if its deviation exceeds the limit. It is so too from [`SUSPICIOUS`] of
-    /// the limit on, if `rise` at the limit is below 1 on either side. Unknowns in such directions, and those with a
-    /// one-sided bound, have no deviation. Products that are constant along all of these directions become
-    /// combinations, if the standard deviation of their logarithm is below [`PRACTICAL_LOG`].
+    /// A column of at most [`SMALLEST_EFFECT`] times `motion` is a finding by itself. Limits are `practical_limit`, or
+    /// for an unknown with an entry of `bounds` [`BOUNDED_LIMIT`] times its `log_deviation`. A principal axis of the
+    /// covariance is practically unidentifiable if one standard deviation along it moves an unknown beyond its limit.
+    /// From [`SUSPICIOUS`] of the limit on it is so too if `rise` at the limit is below 1 on either side. Unknowns
+    /// beyond their limit in no such axis are further findings. Unknowns in such directions, and those with a one-sided
+    /// bound, have no deviation. Products that are constant along all of these directions become combinations, if the
+    /// standard deviation of their logarithm is below [`PRACTICAL_LOG`].
     pub fn new(
         unknowns: &[Unknown],
         bounds: &[Option<NearZeroEstimate>],
@@ -226,23 +234,24 @@ impl Covariance {
         held
     }
 
-    /// Variance `v f'Cf` of the sum of the unknowns, on their scales (logarithms of positive parameters), times these
-    /// `factors` `f`, one per unknown. `v` is the variance of the noise, and `v C` the covariance of the unknowns.
+    /// Variance `v f'Cf` of the linear function `f'x` of the unknowns `x` on their scales, with one of the `factors`
+    /// `f` per unknown. `v` is the variance of the noise, and `v C` the covariance of the unknowns.
     fn variance_of(&self, factors: DVector<f64>) -> f64 {
         self.variance * factors.dot(&(&self.unit_covariance * &factors))
     }
 
-    /// Variance of a quantity by the errors of the identifiable unknowns; all others count as exact. `row` are the
-    /// derivatives of the quantity by the unknowns on their scales (logarithms of positive parameters).
+    /// Variance of a quantity by the errors of the unknowns with a standard deviation; all others count as exact. `row`
+    /// are the derivatives of the quantity by the unknowns on their scales (logarithms of positive parameters).
     pub fn variance_along(&self, row: &[f64]) -> f64 {
         let factor = |j: usize| if self.deviation[j].is_some() { row[j] } else { 0.0 };
         self.variance_of(DVector::from_fn(row.len(), |j, _| factor(j)))
     }
 
     /// Response to a `change` of the unweighted residuals: the unknowns move by `-(J'WJ)^-1 J'W change`, with the
-    /// squared `weights` and the `rows` of the unweighted Jacobian `J`. Unknowns respond that are identifiable, have an
-    /// upper bound away from zero, or are part of an identifiable combination; the others have none. Also returns the
-    /// change of the residuals after the response.
+    /// squared `weights` and the `rows` of the unweighted Jacobian `J`. Unknowns respond that have a standard
+    /// deviation, an upper bound away from zero, or a part in an identifiable combination; the others have none and
+    /// count as fixed. Also returns the change of the unweighted residuals after the response. `change` has one value,
+    /// and `weights` one factor, per row.
     pub fn response(&self, change: &[f64], weights: &[f64], rows: &[Vec<f64>]) -> LinearResponse {
         let n = self.deviation.len();
         let weighted: Vec<f64> = change.iter().zip(weights).map(|(c, w)| w * w * c).collect();

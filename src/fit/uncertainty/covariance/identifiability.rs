@@ -1,15 +1,14 @@
 //! Directions of the unknowns that the data do not determine, with their descriptions.
 //!
-//! Input are directions, as changes of the unknowns on their scales, from the covariance. Structural ones are the right
-//! singular vectors of the scaled Jacobian with small singular values: they do not change the observed values, and
-//! exact data would not determine them either. Practical directions are those whose change the noise hides.
-//! [`sparsest`] rewrites the structural ones with few unknowns each, and eliminates the unknowns chosen for them from
-//! the practical ones. It sets components up to [`SMALLEST_COMPONENT`] of the largest to zero. [`describe_directions`]
-//! turns each into an [`UnidentifiableDirection`] with a text for the report, [`without_effect`] a single unknown
-//! without effect, and [`summarize`] the first [`SUMMARIZED`] into the status of the fit. [`NonIdentifiability`] is the
-//! kind, structural or practical, with its code. The limits of practical identifiability ([`practical_limit`]) are
-//! standard deviations of an unknown on its scale: [`PRACTICAL_LOG`] of the logarithm of a positive parameter, else
-//! [`PRACTICAL_LINEAR`] in its unit.
+//! Input are directions from the covariance: changes of the unknowns on their scales (logarithms of positive
+//! parameters), one component per unknown. Structural ones are right singular vectors of the scaled Jacobian with
+//! singular values near zero. They do not change the observed values, and exact data would not determine them either.
+//! Practical ones change the observed values by less than the noise. [`sparsest`] rewrites the structural directions
+//! with few unknowns each, eliminates the unknowns chosen for them from the practical ones, and sets small components
+//! to zero. [`describe_directions`] composes an [`UnidentifiableDirection`] with a text for each direction,
+//! [`without_effect`] for one unknown without effect. [`summarize`] joins the first [`SUMMARIZED`] texts for the status
+//! of the fit. The limit of practical identifiability ([`practical_limit`]) is a standard deviation of an unknown on
+//! its scale.
 
 use crate::code::Code;
 use crate::fit::search::damping::may_vanish;
@@ -20,8 +19,8 @@ use crate::scene::Parameter;
 use serde::{Deserialize, Serialize};
 use std::cmp::Reverse;
 
-/// Components of a direction below this part of the largest are zero. Smaller: descriptions list unknowns by rounding
-/// errors.
+/// Components of a direction up to this part of the largest are set to zero. Smaller: descriptions list unknowns by
+/// rounding errors.
 const SMALLEST_COMPONENT: f64 = 0.05;
 /// Largest number of unknowns of a direction that its description lists completely.
 const MOST_LISTED: usize = 6;
@@ -33,8 +32,8 @@ const SUMMARIZED: usize = 3;
 pub(crate) const PRACTICAL_LOG: f64 = 1.0;
 /// The same of parameters that are not positive, in their units: a quarter of the range of beta or Poisson's ratio.
 const PRACTICAL_LINEAR: f64 = 0.25;
-/// Standard deviation, over the largest one of an identifiable unknown, from which on the misfit at that limit is
-/// computed: it may be flatter than at the optimum. Smaller: more simulations.
+/// Standard deviation over the limit of an identifiable unknown, above which the misfit at that limit is computed: it
+/// may be flatter than at the optimum. Smaller: more simulations.
 pub(crate) const SUSPICIOUS: f64 = 0.1;
 
 /// Kind of non-identifiability.
@@ -50,7 +49,7 @@ pub enum NonIdentifiability {
 }
 
 impl NonIdentifiability {
-    /// The code of the kind in reports (`structural` or `practical`); `docs/codes.md` explains it.
+    /// The code of the kind that reports print (`structural` or `practical`); `docs/codes.md` explains it.
     pub fn code(self) -> Code {
         match self {
             Self::Structural => Code::Structural,
@@ -78,8 +77,9 @@ pub(crate) fn practical_limit(unknown: &Unknown) -> f64 {
     if unknown.parameter.is_positive() { PRACTICAL_LOG } else { PRACTICAL_LINEAR }
 }
 
-/// Finding on a parameter without effect on the observed values. It is structural. For a damping while other unknowns
-/// have an effect (`is_only_one` is false) it is practical: the damping is zero at the optimum, by these data.
+/// Finding on one parameter without effect on the observed values. It is structural, with one exception. A damping or
+/// other parameter that may be zero is practical, estimated as zero, while other unknowns have an effect. `is_only_one`
+/// is true if no unknown of the fit has an effect.
 pub(crate) fn without_effect(unknown: &Unknown, is_only_one: bool) -> UnidentifiableDirection {
     // At a damping of zero its logarithm has no effect, although larger values have one.
     let (kind, description) = match may_vanish(unknown) && !is_only_one {
@@ -97,10 +97,11 @@ fn no_effect(unknown: &Unknown) -> String {
     format!("{unknown} has no effect on the observed quantities")
 }
 
-/// One finding of this `kind` per direction, in their order, with the parameters of its nonzero components and a text.
-/// `directions` are changes of the unknowns on their scales, with zeros for those not involved; `deviations` are the
-/// standard deviations of all unknowns on their scales. Two positive parameters are described by the product that stays
-/// constant, others by a weighted sum. Practical findings add the standard deviations, or that the misfit is flat.
+/// Returns one finding of this `kind` per direction, in their order, with the parameters of its nonzero components and
+/// a text. `directions` are changes of the unknowns on their scales, with zeros for those not involved; `deviations`
+/// are the standard deviations of all unknowns on their scales. One parameter is named alone, two positive ones with
+/// the product of powers that stays constant, all others as a weighted sum. Practical findings add the standard
+/// deviations, or that the misfit is flat where these are within the limits.
 pub(crate) fn describe_directions(
     unknowns: &[Unknown],
     directions: Vec<Vec<f64>>,
@@ -149,11 +150,12 @@ pub(crate) fn describe_directions(
     directions.into_iter().map(describe).collect()
 }
 
-/// Directions that span the same space with few unknowns each, by Gauss-Jordan elimination: singular vectors of equal
+/// Rewrites directions with few nonzero components each, by Gauss-Jordan elimination, as singular vectors of equal
 /// singular values are arbitrary combinations. In turn, the largest component of each structural direction, at an
 /// unknown that was not chosen before, is eliminated from all other structural and from all practical directions.
 /// Components up to [`SMALLEST_COMPONENT`] of the largest become zero. Returns the structural and the practical
-/// directions, in their order and not normalized.
+/// directions, in their order and not normalized; the structural ones span the same space but for components set to
+/// zero.
 pub(crate) fn sparsest(
     mut structural: Vec<Vec<f64>>,
     mut practical: Vec<Vec<f64>>,
@@ -189,9 +191,9 @@ fn largest_component(direction: &[f64]) -> f64 {
     direction.iter().fold(0.0, |most, d| most.max(d.abs()))
 }
 
-/// Reason of practical non-identifiability, as text: the standard deviations of the `listed` unknowns, as factors for
-/// logarithms. Where all `involved` unknowns are within their limits, it is that the misfit is no larger far from the
-/// estimate.
+/// Reason of practical non-identifiability, as text: the standard deviations `s` of the `listed` unknowns, for positive
+/// parameters as factors `exp(s)`. `listed` and `involved` are indices of unknowns. Where all `involved` unknowns are
+/// within their practical limits, the reason is that the misfit is no larger far from the estimate.
 fn practical_reason(
     unknowns: &[Unknown],
     deviations: &[f64],

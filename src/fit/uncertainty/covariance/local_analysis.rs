@@ -1,14 +1,16 @@
 //! Local analysis of an optimum by its residuals and their derivatives: noise, autocorrelation, adequacy, covariance
 //! and one-sided bounds.
 //!
-//! [`LocalAnalysis::new`] computes in this order: the variance of the residuals and weights of the rows; the AR(1)
-//! correlations; the noise scales of the samples; bounds of dampings near zero; the covariance; one-sided bounds by
-//! profile likelihoods. If one-sided bounds of an earlier analysis are given, they are taken over instead of the last
-//! computation. If these add bounds, the covariance is computed again, as bounded unknowns are no longer
-//! unidentifiable. Errors are a failed decomposition or simulation set-up, a failed fit at a lower minimum that a
-//! profile finds, and a stop. All later assessments of a fit or a plan use the results. [`LocalAnalysis::linear_fit`]
-//! returns the weights of the rows, and which unknowns respond to changes: identified or bounded ones, and the first
-//! one of each identifiable combination.
+//! [`LocalAnalysis::new`] computes, from the residuals and the Jacobian at an optimum: (1) the variance of the noise
+//! and the weights of the rows; (2) AR(1) correlations; (3) the residuals over the noise of the samples (adequacy); (4)
+//! estimates of dampings near zero; (5) the covariance with the unidentifiable directions; (6) one-sided bounds of open
+//! parameters, by profile likelihoods with one unknown held. One-sided bounds of an earlier analysis replace step 6. If
+//! step 6 adds bounds, the covariance is computed again, as bounded unknowns do not count as unidentifiable. All later
+//! assessments of a fit or a plan use the results.
+//!
+//! [`LocalAnalysis::linear_fit`] returns the weights of the rows, and which unknowns respond to changes: those with a
+//! standard deviation or a one-sided bound, and the first one of each identifiable combination. Errors: a failed
+//! decomposition or simulation set-up, a failed fit at a lower minimum that a profile finds, and a stop.
 
 use crate::error::Error;
 use crate::fit::search::fitted::Fitted;
@@ -23,21 +25,24 @@ use crate::numerics::half_sum_of_squares;
 
 /// Statistics of an optimum by its residuals and their derivatives.
 pub(crate) struct LocalAnalysis {
-    /// Variance of the residuals, and weights of the rows.
+    /// Variance of the noise, and weights of the rows of the Jacobian.
     pub noise: ResidualNoise,
-    /// AR(1) correlations of the noise, and their effect on each unknown.
+    /// AR(1) correlations of the noise, and the factor by which they inflate each standard error.
     pub correlations: NoiseModel,
     /// Residuals compared with the noise scale of the samples.
     pub adequacy: Adequacy,
+    /// Covariance of the unknowns, with the directions that the data do not determine.
     pub covariance: Covariance,
-    /// Bounds of unknowns whose logarithm has no normal distribution, in the order of the unknowns.
+    /// Estimates of dampings near zero, and one-sided bounds, one entry per unknown; none for unknowns with a normally
+    /// distributed logarithm.
     pub bounds: Vec<Option<NearZeroEstimate>>,
 }
 
 impl LocalAnalysis {
-    /// Analyzes an optimum. `known` are the one-sided bounds that were found before a correction of the residuals, one
-    /// per unknown; only these are then added to the bounds of dampings. With None they are searched for, by fits with
-    /// one unknown held. Errors: failed decomposition or simulation, and [`Error::Interrupted`] after a stop.
+    /// Analyzes an optimum. `known` are the bounds of an earlier analysis, before a correction of the residuals, one
+    /// entry per unknown. Its one-sided ones fill entries that dampings near zero leave empty. With `None` one-sided
+    /// bounds are searched for, by fits with one unknown held. Errors: failed decomposition or simulation, and
+    /// [`Error::Interrupted`] after a stop.
     pub fn new(fitted: Fitted, known: Option<&[Option<NearZeroEstimate>]>) -> Result<Self, Error> {
         let Fitted { search, optimum } = fitted;
         // Noise first: its weights scale the rows of the Jacobian for everything after.
@@ -82,7 +87,7 @@ impl LocalAnalysis {
 
     /// The linear model of the fit at its optimum: which unknowns respond to changes of the residuals, and the weights
     /// of the rows. Those with a standard deviation or a one-sided bound respond. Of each identifiable combination the
-    /// first unknown responds, and represents it.
+    /// first unknown responds and represents it.
     pub fn linear_fit(&self) -> LinearFit {
         let is_bounded = |bound: &Option<NearZeroEstimate>| bound.is_some_and(|b| b.is_one_sided());
         let all = self.covariance.deviation.iter().zip(&self.bounds);
@@ -96,8 +101,8 @@ impl LocalAnalysis {
 }
 
 /// Norm of the scales of all measured values, in units of the noise: the root of the sum of `(scale/sigma)^2` over
-/// them. The scale of positions is the larger of rod length and size of the motion, that of other values their size.
-/// The covariance compares effects with it.
+/// them. The scale of positions is the larger of rod length and size of the motion, that of other values their size;
+/// sigma is the noise of the measurement. Effects of unknowns that are tiny beside this norm count as none.
 fn motion_norm(fitted: Fitted) -> f64 {
     let squares = fitted.measured().map(|own| {
         let scale = own.measurement.scale(&own.experiment.problem);

@@ -3,10 +3,11 @@
 //!
 //! The Hessian, by the unknowns on their scales, contains the second derivatives of the simulation. The covariance is
 //! `v H^-1` for white noise of the variance `v`. With noise of other correlations or variances, or weights of rows
-//! (robust losses, leverage), it is `H^-1 M H^-1`, with the covariance `M` of the gradient of the misfit.
-//! [`std_errors`] returns a standard error per estimate, in its unit, none for those with an upper bound or without a
-//! value. A Hessian that is not positive definite (without the unknowns with an upper bound) is a warning that makes
-//! the fit unusable: the optimum is no isolated minimum. A failed simulation is a note. All are none in both cases.
+//! (robust losses, leverage), it is `H^-1 M H^-1`, with the covariance `M` of the gradient of the misfit. Unknowns with
+//! an upper bound count as exact: their rows and columns of `H` and `M` are left out. [`std_errors`] returns a standard
+//! error per estimate, in its unit, none for those with an upper bound or without a value. If the remaining `H` is not
+//! positive definite, the optimum is no isolated minimum: a warning makes the fit unusable. A failed simulation is a
+//! note. In both cases all standard errors are none.
 
 use crate::code::Code;
 use crate::fit::search::fitted::Fitted;
@@ -17,9 +18,9 @@ use crate::fit::uncertainty::warning_list::{Severity, Warnings};
 use nalgebra::DMatrix;
 
 /// Standard errors of the `estimates`, one each, in their units, from the Hessian of the misfit at the optimum. None
-/// for estimates with an upper bound, as their logarithm has no standard deviation, and for those without a value. If
-/// the simulation of the Hessian fails, all are none, and a note is added. If it is not positive definite, all are
-/// none, with a warning of the severity `Worthless`.
+/// for estimates without a value, and for those with an upper bound: their logarithm has no standard deviation, and
+/// their rows of the Hessian are left out. If the simulation of the Hessian fails, all are none, and a note is added.
+/// If the rest of the Hessian is not positive definite, all are none, with a warning of the severity `Worthless`.
 pub(crate) fn std_errors(
     fitted: Fitted,
     LocalAnalysis { noise, correlations, .. }: &LocalAnalysis,

@@ -1,16 +1,18 @@
 //! One-sided bounds of parameters that the data do not bound on the other side, from the profile likelihood.
 //!
 //! Above some modulus a rod no longer bends by a detectable amount: the misfit is flat, and an interval around the
-//! optimum has no meaning. Candidates are positive parameters without a prior that are not identifiable by themselves,
-//! or (except dampings) whose scan is flat on a side. The parameter is held and all others are fitted, at factors of 2,
-//! 16 and 65536 to both sides of the optimum; farther off if both sides are open. The values are within the bounds of
-//! the parameter and at most [`BEYOND_SCAN`] above the scan; if the optimum is above the scan, factors are counted from
-//! the end of the scan. Rises are those of twice the misfit over the least of the profile, in units of the variance of
-//! the noise. A side is open if its farthest point, at least a factor of 2 off, has risen by less than [`OPEN_BELOW`],
-//! and closed if it has risen by at least that. If one side is open and the other closed, the closed side has the
-//! bound: the value where the rise is the squared one-sided 95 % quantile. [`add_one_sided_bounds`] adds the bounds, in
-//! the unit of the parameter, to the entries of the candidates. It adds none without convergence or where residuals are
-//! rounding errors. A stop is an error, and so is a failed fit at a lower minimum that a profile finds.
+//! optimum has no meaning. Candidates are positive parameters without a prior that alone form an unidentifiable
+//! direction, or (except those that may be zero) whose misfit in the global scan is flat at an end. Parameters in an
+//! unidentifiable combination are none. The parameter is held and all others are fitted (profile), at factors of 2, 16
+//! and 65536 to both sides of the optimum; at 2^32 and 2^48 too if both sides are open. The values are within the
+//! bounds of the parameter and at most [`BEYOND_SCAN`] above the scan; if the optimum is above the scan, factors are
+//! counted from the end of the scan. Rises are those of twice the misfit over the least of the profile, in units of the
+//! variance of the noise. A side is open if its farthest point, at least a factor of 2 off, has risen by less than
+//! [`OPEN_BELOW`], and closed if it has risen by at least that. If one side is open and the other closed, the bound is
+//! the value on the closed side where the rise is the squared one-sided 95 % quantile. [`add_one_sided_bounds`] adds
+//! the bounds, in the unit of the parameter, to the entries of the candidates: an upper bound where the lower side is
+//! open, a lower bound where the upper side is open. It adds none without convergence or where residuals are rounding
+//! errors. A stop is an error, and so is a failed fit at a lower minimum that a profile finds.
 
 use crate::error::Error;
 use crate::fit::search::damping::may_vanish;
@@ -23,25 +25,26 @@ use crate::numerics::total_order;
 use crate::scene::number::Candidates;
 use std::f64::consts::LN_2;
 
-/// Rise of the profile, in units of the variance of the noise, up to which a side is open: two standard deviations of a
-/// likelihood ratio.
+/// Rise of the profile, in units of the variance of the noise, below which a side is open and from which on it is
+/// closed: two standard deviations of a likelihood ratio.
 const OPEN_BELOW: f64 = 4.0;
-/// Rise, in units of the variance of the noise, above which a side is closed, and nothing farther off is evaluated:
-/// five standard deviations.
+/// Rise over the optimum, in units of the variance of the noise, above which nothing farther off is evaluated: five
+/// standard deviations.
 const CLOSED_ABOVE: f64 = 25.0;
-/// Distances on the scale of logarithms at which the profile is evaluated: from a factor of two, four times as far
-/// each, to five decades. Farther off the rounding errors of a simulation show.
+/// Distances on the scale of logarithms at which the profile is evaluated: factors of 2, 16 and 65536 (nearly five
+/// decades). Farther off the rounding errors of a simulation show.
 const DISTANCES: [f64; 3] = [LN_2, 4.0 * LN_2, 16.0 * LN_2];
-/// The same where the profile is flat on both sides of an optimum, which may be far from where it rises: 9.6 and 14.4
-/// decades.
+/// Further distances where the profile is flat on both sides: the optimum may be 9.6 or 14.4 decades from where it
+/// rises.
 const FARTHER: [f64; 2] = [32.0 * LN_2, 48.0 * LN_2];
-/// Distance from the optimum of the end of an open side: a factor of two, but for rounding.
+/// Least distance of the farthest point of an open side on the scale of logarithms: a factor of two, less a margin for
+/// rounding.
 const LEAST_DISTANCE: f64 = 0.99 * LN_2;
 /// Distance beyond the largest value of the scan, on the scale of logarithms, up to which the profile is evaluated: a
 /// factor of 16.
 const BEYOND_SCAN: f64 = 4.0 * LN_2;
-/// Misfit of the scan at the end of an axis over its least one below which the profile is evaluated. A rise by
-/// [`OPEN_BELOW`] of twenty values is less.
+/// Misfit at an end of the scan over the least misfit of the scan, below which the end is flat and the profile is
+/// evaluated. A rise by [`OPEN_BELOW`] of twenty values is less.
 const FLAT: f64 = 1.5;
 /// Largest number of points of the search for the end of a bound.
 const MOST_STEPS: usize = 12;
@@ -55,34 +58,35 @@ const BRACKET_PARTS: [f64; 2] = [0.1, 0.9];
 struct ProfilePoint {
     /// The held unknown, on its scale.
     held: f64,
-    /// All unknowns at this point, on their scales.
+    /// All unknowns at this point, on their scales, the held one included.
     x: Vec<f64>,
     /// Rise of twice the misfit over the optimum, in units of the variance of the noise.
     rise: f64,
 }
 
-/// The profile likelihood of one unknown, of whose sides at most one is open.
+/// The search for a one-sided bound of one unknown by its profile likelihood.
 struct BoundSearchProfile<'a> {
+    /// The search with its optimum.
     fitted: Fitted<'a>,
     /// Index of the unknown.
     unknown: usize,
-    /// The optimum, or the largest value of the scan where the optimum is beyond: there the rounding errors of a
-    /// simulation are small.
+    /// Origin of the distances, on the scale of the unknown: its optimum, or the largest sensible value where the
+    /// optimum is above it. Rounding errors of simulations are small there.
     here: f64,
-    /// The least and the largest value at which it is evaluated.
+    /// Least and largest value of the unknown, on its scale, at which the profile is evaluated.
     range: [f64; 2],
-    /// Variance of the noise, for this unknown.
+    /// Variance of the noise, with the inflation by autocorrelation for this unknown.
     variance: f64,
-    /// Evaluated points, ascending.
+    /// Evaluated points, ascending by the held value.
     points: Vec<ProfilePoint>,
 }
 
-/// Adds one-sided bounds to the empty entries of `bounds`, one entry per unknown, or replaces entries without a bound.
-/// Candidates are positive parameters without a prior that are unidentifiable by themselves, not in a combination.
-/// Others except dampings are candidates if their scan is flat on a side. Unknowns without an effect on the residuals
-/// are none. Nothing is added without convergence, or where the residuals are rounding errors. The standard deviation
-/// of the logarithm of a bounded unknown is that with all others held, at least 1. Lower minima that the profiles find
-/// are recorded in the search. Error: the fit is stopped, or the fit at such a minimum fails.
+/// Sets entries of `bounds` (one per unknown) that have no one-sided bound yet to the bound by the profile likelihood,
+/// where there is one. Candidates are positive parameters without a prior that are unidentifiable by themselves, not in
+/// a combination. Others except dampings are candidates if their scan is flat on a side. Unknowns without an effect on
+/// the residuals are no candidates. Nothing is added without convergence, or where the residuals are rounding errors.
+/// The standard deviation of the logarithm of a bounded unknown is that with all others held, at least 1. Lower minima
+/// that the profiles find are recorded in the search. Error: the fit is stopped, or the fit at such a minimum fails.
 pub(crate) fn add_one_sided_bounds(
     fitted: Fitted,
     noise: &ResidualNoise,
@@ -122,9 +126,9 @@ pub(crate) fn add_one_sided_bounds(
     Ok(())
 }
 
-/// Whether the scan of the search is flat at the least or the largest of its values of unknown `j`: the misfit is below
-/// [`FLAT`] times the least one of the scan, more than a factor of two from the optimum. False with fewer than three
-/// scanned values.
+/// Whether the global scan of the search is flat at the least or the largest of its values of unknown `j`. There the
+/// misfit is below [`FLAT`] times the least one of this line of the scan, and the value is more than a factor of two
+/// from the optimum. False with fewer than three scanned values.
 fn is_scan_flat(Fitted { search, optimum }: Fitted, j: usize) -> bool {
     let scanned = search.journal.scanned_line(j);
     let least = scanned.iter().map(|(_, misfit)| *misfit).fold(f64::INFINITY, f64::min);
@@ -136,9 +140,9 @@ fn is_scan_flat(Fitted { search, optimum }: Fitted, j: usize) -> bool {
 
 impl<'a> BoundSearchProfile<'a> {
     /// The profile with the optimum as its only point. `variance` is that of the noise for this unknown. Let `last` be
-    /// the largest scanned value, or the largest usual value of the parameter if that is smaller. The range is that of
-    /// the bounds of the unknown, but ends [`BEYOND_SCAN`] above `last`. Distances are counted from the optimum, or
-    /// from `last` if the optimum is larger.
+    /// the largest scanned value or the largest usual value of the parameter, whichever is smaller; without either it
+    /// is infinite. The range is that of the bounds of the unknown, but ends [`BEYOND_SCAN`] above `last`. Distances
+    /// are counted from the optimum, or from `last` if the optimum is larger.
     fn new(fitted: Fitted<'a>, unknown: usize, variance: f64) -> Self {
         let Fitted { search, optimum } = fitted;
         let [low, high] = search.unknowns[unknown].scaled_bounds();
@@ -157,11 +161,11 @@ impl<'a> BoundSearchProfile<'a> {
         Self { fitted, unknown, here, range, variance, points: vec![first] }
     }
 
-    /// The bound, in the parameter's unit, if exactly one side is open and the other is closed; else none. `quantile`
-    /// is the distance of a one-sided 95 % limit in standard deviations: the bound is where the rise over the least
-    /// point is its square. The value is the accepted point nearest to the optimum, as the profile is flat toward the
-    /// open side. A lower minimum than the optimum is recorded in the search. Error: the fit is stopped, or fails at
-    /// that minimum.
+    /// The bound, in the parameter's unit, if one side is open and the other is closed; else none. It is an upper bound
+    /// if the lower side is open, else a lower bound. `quantile` is the distance of a one-sided 95 % limit in standard
+    /// deviations: the bound is where the rise over the least point is its square. The estimate is the evaluated point
+    /// nearest to `here` with a rise up to that level, and `log_deviation` is a placeholder of 1. A lower minimum than
+    /// the optimum is recorded in the search. Error: the fit is stopped, or fails at that minimum.
     fn bound(mut self, quantile: f64) -> Result<Option<NearZeroEstimate>, Error> {
         let here = self.here;
         if here != self.fitted.optimum.x[self.unknown] {
@@ -200,7 +204,8 @@ impl<'a> BoundSearchProfile<'a> {
         }))
     }
 
-    /// The least rise of the points, 0 at most; negative where a point is better than the optimum.
+    /// The least rise of the points over the optimum; at most 0, as the optimum is a point, and negative where a point
+    /// is better than the optimum.
     fn least(&self) -> f64 {
         self.points.iter().map(|p| p.rise).fold(f64::INFINITY, f64::min)
     }
@@ -212,8 +217,8 @@ impl<'a> BoundSearchProfile<'a> {
         self.test_ends(|p| p.rise - least < OPEN_BELOW && (p.held - here).abs() >= LEAST_DISTANCE)
     }
 
-    /// Whether the farthest points of the lower and the upper side have risen by [`OPEN_BELOW`] over the least point.
-    /// At a bound of the parameter a side may be neither open nor closed.
+    /// Whether the farthest points of the lower and the upper side have risen by at least [`OPEN_BELOW`] over the least
+    /// point. At a bound of the parameter a side may be neither open nor closed.
     fn is_closed(&self) -> [bool; 2] {
         let least = self.least();
         self.test_ends(|p| p.rise - least >= OPEN_BELOW)
@@ -225,9 +230,10 @@ impl<'a> BoundSearchProfile<'a> {
         [self.points.first(), self.points.last()].map(|end| end.is_some_and(&test))
     }
 
-    /// Evaluates the profile on a `side` (-1 or 1) at these ascending `distances` from `here` and adds the points. It
-    /// ends after a point that has risen above [`CLOSED_ABOVE`], after the end of the range, and before a point that
-    /// cannot be simulated. Distances within the explored range end it without a point. Error: the fit is stopped.
+    /// Evaluates the profile on a `side` (-1 or 1) at these ascending `distances` from `here` and adds the points.
+    /// Points start from the fit at the point before. It ends after a point that has risen above [`CLOSED_ABOVE`],
+    /// after the end of the range, and before a point that cannot be simulated. If the first distance is within the
+    /// explored range, nothing is added. Error: the fit is stopped.
     fn explore(&mut self, side: f64, distances: &[f64]) -> Result<(), Error> {
         let ([low, high], here) = (self.range, self.here);
         let limit = if side > 0.0 { high - here } else { here - low };
@@ -275,9 +281,9 @@ impl<'a> BoundSearchProfile<'a> {
         self.points.sort_by_cached_key(|x| total_order(x.held));
     }
 
-    /// Adds the lowest point to the local minima of the search, if it is lower than the optimum by more than
-    /// [`OPEN_BELOW`]. `least` is its rise over the optimum (negative where it is lower): that of twice the misfit, in
-    /// units of the variance of the noise. Error: the repeated fit at that point fails.
+    /// Adds the lowest point to the local minima of the search, after a repeated fit there, if it is lower than the
+    /// optimum by more than [`OPEN_BELOW`]. `least` is its rise over the optimum (negative where it is lower): that of
+    /// twice the misfit, in units of the variance of the noise. Error: the repeated fit at that point fails.
     fn record_lower_minimum(&self, least: f64) -> Result<(), Error> {
         let lowest = self.points.iter().find(|p| p.rise == least && least < -OPEN_BELOW);
         if let Some(point) = lowest {
@@ -288,9 +294,9 @@ impl<'a> BoundSearchProfile<'a> {
     }
 
     /// Value of the unknown, on its scale (logarithm), at which the profile rises above `level` on the given `side` (-1
-    /// or 1), to [`TOLERANCE`]. Each new point is that of a parabola between the outermost accepted point (rise up to
-    /// `level`) and its neighbor outside. If no point is outside, or after [`MOST_STEPS`], it is the outermost accepted
-    /// point. Error: the fit is stopped.
+    /// or 1), to [`TOLERANCE`]. Each new point is where a parabola through the outermost accepted point (rise up to
+    /// `level`) and its neighbor outside reaches the level. The result is that neighbor once it is near enough. Without
+    /// a neighbor outside, or after [`MOST_STEPS`], it is the outermost accepted point. Error: the fit is stopped.
     fn end(&mut self, side: f64, level: f64) -> Result<f64, Error> {
         for _ in 0..MOST_STEPS {
             // From the closed end inwards, the first accepted point, and the one outside of it.

@@ -3,11 +3,12 @@
 //! One unknown is held and all others are fitted: the misfit as a function of the held one is its profile. The 95 %
 //! interval ends where twice the misfit, in units of the variance of the noise, has risen by the squared coverage
 //! factor. Each end is found by Newton's method within brackets, on the signed root of the rise. The derivative of the
-//! profile is the partial one (envelope theorem). [`profile_intervals`] returns the intervals and the evaluated points
-//! for plots, for all unknowns with a standard deviation, on request of the fit; both are converted to the unit of the
-//! parameter (`ProfileInterval::values`). An end is the bound of the unknown where the profile has not risen there. It
-//! is none beyond [`FARTHEST`] on the scale of the unknown, after [`MOST_POINTS`], where simulations fail before it,
-//! and on a side with a point below the optimum. Such a point is a warning of a wrong minimum (severity `Worthless`).
+//! profile is the partial derivative of the misfit by the held unknown (envelope theorem). [`profile_intervals`]
+//! returns the intervals and the evaluated points for plots, for all unknowns with a standard deviation, on request of
+//! the fit; both are converted to the unit of the parameter (`ProfileInterval::values`). An end is the bound of the
+//! unknown where the profile has not risen there. There is no end on a side where the profile has not risen enough at
+//! the distance [`FARTHEST`], after [`MOST_POINTS`], where simulations fail before it, or with a point of a lower
+//! misfit than the optimum. Such a point is a warning of a wrong minimum (severity `Worthless`).
 
 use crate::code::Code;
 use crate::error::Error;
@@ -65,19 +66,20 @@ struct ProfileSample {
 /// The profile interval of one unknown, on its scale.
 #[derive(Clone, Debug)]
 pub(crate) struct ProfileInterval {
-    /// Lower and upper end; none where the misfit never rises enough.
+    /// Lower and upper end; none where none was found.
     ends: [Option<f64>; 2],
-    /// A value of the unknown, on its scale, with a clearly lower misfit than the optimum.
+    /// The last found value of the unknown, on its scale, with a lower misfit than the optimum; none without one.
     better: Option<f64>,
     /// Evaluated points, in the order of evaluation.
     points: Vec<ProfileSample>,
 }
 
-/// The optimum with one unknown held at a value: a point of the profile with its derivative.
+/// A point of the profile: the fit of all others with one unknown held, and the derivative of the profile there.
 struct RootedProfile {
     /// All unknowns at the point, on their scales.
     x: Vec<f64>,
-    /// Signed root of the rise of twice the misfit, in standard deviations of the noise.
+    /// Root of the absolute rise of twice the misfit over the optimum, in standard deviations of the noise; negative
+    /// where the misfit is lower than at the optimum.
     root: f64,
     /// Derivative of the root by the held unknown on its scale.
     slope: f64,
@@ -115,11 +117,12 @@ pub(crate) fn profile_intervals(
 }
 
 /// The interval of unknown `i` on its scale (logarithm of a positive parameter), where its standard deviation is
-/// `deviation`. At both ends the root of the rise, which is negative where the misfit is lower than at the optimum, is
-/// the `coverage_factor`. `noise` is the standard deviation of the residuals for this unknown. An end is the bound of
-/// the unknown where the profile has not risen there. It is none beyond [`FARTHEST`], after [`MOST_POINTS`], where
-/// simulations fail before the end, and on a side with a point better than the optimum. That point, and all evaluated
-/// ones for plots, are part of the result.
+/// `deviation`. At both ends the root of the rise of twice the misfit over the optimum, divided by `noise`, is the
+/// `coverage_factor`. It is negative where the misfit is lower. `noise` is the standard deviation of the residuals for
+/// this unknown. An end is the bound of the unknown where the profile has not risen there. There is none where the
+/// profile has not risen enough at the distance [`FARTHEST`], after [`MOST_POINTS`], where simulations fail before the
+/// end, and on a side with a point better than the optimum. That point, and all evaluated ones for plots, are part of
+/// the result.
 fn profile_interval(
     fitted: Fitted,
     i: usize,
@@ -219,14 +222,15 @@ fn rooted_profile(
 }
 
 impl ProfileInterval {
-    /// The lower and the upper end in the parameter's unit, within its limits; none where there is no end.
+    /// The lower and the upper end in the parameter's unit, clamped to the limits of the parameter; none where there is
+    /// no end.
     pub fn values(&self, unknown: &Unknown) -> [Option<f64>; 2] {
         let [low, high] = unknown.parameter.limits();
         self.ends.map(|end| end.map(|x| unknown.from_scale(x).clamp(low, high)))
     }
 
-    /// The profile in the parameter's unit, its points ascending. The level of the interval is the squared
-    /// `coverage_factor`.
+    /// The profile for plots: values in the parameter's unit, ascending, with their rises. The level of the interval is
+    /// the squared `coverage_factor`.
     pub fn profile(mut self, unknown: &Unknown, coverage_factor: f64) -> Profile {
         self.points.sort_by_cached_key(|point| total_order(point.x));
         Profile {

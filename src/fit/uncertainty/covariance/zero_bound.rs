@@ -1,21 +1,22 @@
 //! One-sided bounds of dampings that are zero at the optimum, or not distinguishable from it. Dampings here are all
-//! parameters that may vanish, such as a damping or a drag.
+//! parameters that may be zero, such as a damping, a drag or a compliance.
 //!
-//! The search works on the logarithm, which has no effect near zero. Dampings with a relative standard error above
-//! [`SUSPICIOUS`] are examined. On the scale of the parameter itself the misfit is a parabola about an estimate `p`
-//! that may be negative, with the standard error `s`. With the one-sided 95 % quantile `q` the upper bound is
+//! The search works on the logarithm, which has no effect near zero. Dampings whose logarithm has a standard deviation
+//! above [`SUSPICIOUS`] (the relative standard error) are examined. On the scale of the parameter itself the misfit is
+//! a parabola about an estimate `p` that may be negative, with the standard error `s`. With the one-sided 95 % quantile
+//! `q` the upper bound is
 //!
 //! ```text
 //! p + sqrt(min(p, 0)^2 + (q s)^2)
 //! ```
 //!
-//! where the misfit has risen by `q^2` from its least value for a non-negative damping. One simulation there must show
-//! a rise of at least [`CONFIRMED`] of the predicted one, or there is no bound. Estimates from [`DETECTED`] standard
-//! errors on keep a two-sided interval: their entry has no upper bound. Estimates up to [`ZERO`] of the bound are 0.
-//! [`zero_bounds`] returns one entry per unknown, in its unit, for the covariance. It is none for unknowns that are not
-//! examined or whose bound is not confirmed, and for all without convergence or with a singular normal matrix.
-//! `is_one_sided` returns whether there is a lower or an upper bound, `is_away_from_zero` whether there is an upper
-//! bound and the logarithm has an effect at the optimum.
+//! where the misfit has risen by `q^2` from its least value for a non-negative damping. `s` and `q` include the effect
+//! of autocorrelated noise. One simulation there must show a rise of at least [`CONFIRMED`] of the predicted one, or
+//! the entry is none. Estimates from [`DETECTED`] standard errors on keep a two-sided interval: their entry has no
+//! upper bound. Estimates up to [`ZERO`] of the bound, and negative ones, are reported as 0. [`zero_bounds`] returns
+//! one entry per unknown, in its unit, for the covariance. It is none for unknowns that are not examined or whose bound
+//! is not confirmed, and for all without convergence or with a singular normal matrix. An entry ([`NearZeroEstimate`])
+//! also holds one-sided bounds of other parameters, from `one_sided_bound`.
 
 use crate::fit::misfit::residuals::Residuals;
 use crate::fit::search::damping::may_vanish;
@@ -29,9 +30,11 @@ use nalgebra::{DMatrix, DVector};
 /// Least rise of the misfit at the upper bound, over the one that the parabola predicts. Below it the parabola does not
 /// hold, and there is no bound. Larger: fewer bounds of nonlinear models.
 const CONFIRMED: f64 = 0.3;
-/// Standard errors from zero from which on a damping has an interval: one that is zero exceeds them once in 700 times.
+/// Distance of an estimate from zero, in standard errors, from which on a damping has a two-sided interval: one that is
+/// zero exceeds it once in 700 times.
 const DETECTED: f64 = 3.0;
-/// Largest standard deviation of a logarithm for which the logarithm has an effect on the residuals at the optimum.
+/// Standard deviation of a logarithm below which the logarithm counts as having an effect on the residuals at the
+/// optimum.
 const LARGEST_LOGARITHMIC: f64 = 3.0;
 /// Part of the upper bound up to which an estimate is reported as zero.
 const ZERO: f64 = 1e-3;
@@ -63,12 +66,13 @@ impl NearZeroEstimate {
     }
 }
 
-/// Bounds of all dampings whose logarithm has a standard deviation above [`SUSPICIOUS`], one entry per unknown. That is
-/// the relative standard error, with all other unknowns fitted and the inflation by autocorrelated noise. `rows` are
-/// those of the Jacobian, in units of the noise. One Gauss-Newton step gives the vertex of the parabola, that is the
-/// estimate. `residuals` simulates the misfit at the upper bound once. From [`DETECTED`] standard errors on an entry
-/// has no upper bound; an estimate up to [`ZERO`] of the bound is 0. None for other unknowns and unconfirmed bounds;
-/// all none without convergence or with a singular normal matrix.
+/// Bounds of all dampings whose logarithm has a standard deviation above [`SUSPICIOUS`], one entry per unknown. That
+/// standard deviation is the relative standard error, with all other unknowns fitted and the inflation by
+/// autocorrelated noise. `rows` are those of the Jacobian, in units of the noise. One Gauss-Newton step gives the
+/// vertex of the parabola, that is the estimate. `residuals` simulates the misfit at the upper bound once. From
+/// [`DETECTED`] standard errors on an entry has no upper bound; an estimate up to [`ZERO`] of the bound, or a negative
+/// one, is 0. None for other unknowns, for dampings of exactly 0 and for unconfirmed bounds; all none without
+/// convergence or with a singular normal matrix.
 pub(crate) fn zero_bounds(
     Fitted { search, optimum }: Fitted,
     rows: &[Vec<f64>],

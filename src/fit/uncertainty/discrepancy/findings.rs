@@ -1,15 +1,15 @@
 //! Data types of score tests and undetected biases of a report, and the selection of those that texts describe.
 //!
 //! A [`ScoreTest`] has rank, estimated size, z-score and corrected p-value of one omitted effect. An [`UndetectedBias`]
-//! is the bias of one parameter by one effect of a size that the data do not exclude. They are results of `score_tests`
-//! and `undetected_bias`. Functions here compose texts of them. `likely_omitted_effects` returns one text per rank
-//! whose best effect has a p-value below [`SIGNIFICANT`]; (`is_significant`); it names up to [`NAMED`] others of the
-//! rank (one more if that is all) and counts the rest. `biases_beyond_interval` returns the entry with the largest
-//! relative bias of each parameter, for at most [`DESCRIBED`] parameters. `largest_biases` returns up to [`DESCRIBED`]
-//! effects with their biases, first those with the largest bias of a parameter. Both leave out biases of
-//! [`DESCRIBED_BIAS`] standard errors or less. The summary and the warnings of a fit use the texts. [`size_text`] is
-//! the size of an effect with its unit, and `both_signs` are the biases of an effect whose sign the data do not
-//! determine.
+//! is the bias of one parameter by one effect of a size that the data do not exclude. `score_tests` and
+//! `undetected_bias` compute them; this module selects those that summary and warnings of a fit describe, and composes
+//! the texts.
+//!
+//! `likely_omitted_effects` returns one text per rank whose best effect is significant (p-value below [`SIGNIFICANT`]);
+//! it names up to [`NAMED`] others of the rank (one more if that is all) and counts the rest. The two selections of
+//! biases leave out biases of at most [`DESCRIBED_BIAS`] standard errors. `biases_beyond_interval` returns the largest
+//! relative bias of each parameter, for the first [`DESCRIBED`] parameters that have one. `largest_biases` returns up
+//! to [`DESCRIBED`] effects with their biases; effects with the largest bias of some parameter come first.
 
 use crate::fit::uncertainty::estimate::Estimate;
 use crate::fit::uncertainty::warning_list::percent;
@@ -64,8 +64,8 @@ pub struct ScoreTest {
     pub relative_bias: Option<f64>,
 }
 
-/// Text of the `size` of an effect with its unit and two digits. Without a unit (a pure number, or a factor of a number
-/// of the scene) it is in per cent.
+/// Text of the `size` of an effect: two digits and the `unit`, or per cent where the unit is empty (a fraction). A
+/// negative size has its sign, a positive one none.
 pub(crate) fn size_text(size: f64, unit: &str) -> String {
     match unit {
         "" if size < 0.0 => format!("-{}", percent(-size)),
@@ -75,7 +75,7 @@ pub(crate) fn size_text(size: f64, unit: &str) -> String {
 }
 
 impl ScoreTest {
-    /// Whether noise alone is improbable: a corrected p-value below 5 %.
+    /// Whether the test is significant: the p-value, corrected for the number of tests, is below 5 %.
     pub fn is_significant(&self) -> bool {
         self.p_value < SIGNIFICANT
     }
@@ -93,9 +93,10 @@ impl fmt::Display for ScoreTest {
     }
 }
 
-/// Descriptions of the significant effects of `tests`, which are sorted by rank: one text for each rank whose best
-/// effect is significant. It has the best effect with its size and p-value, and the names of others that the data do
-/// not separate from it. At most [`NAMED`] of these are named (one more if that is all), and the rest is counted.
+/// Descriptions of the significant effects of `tests`, which are sorted by rank with the best effect of each rank
+/// first. Each rank whose best effect is significant has one text: that effect with size and p-value, and the names of
+/// the others of the rank, which the data do not separate from it. At most [`NAMED`] of these are named (one more if
+/// that is all), and the rest is counted.
 pub(crate) fn likely_omitted_effects(tests: &[ScoreTest]) -> Vec<String> {
     // Effects of one rank cannot be separated: a text names all of them.
     let ranks = tests.chunk_by(|a, b| a.rank == b.rank);
@@ -158,8 +159,8 @@ const ASYMMETRIC_BIAS: f64 = 0.2;
 
 impl UndetectedBias {
     /// Relative biases `b` and `1/(1 + b) - 1` by the effect of either sign, the smaller one first: the estimate is too
-    /// large or too small by the same factor. None where the data determine the sign (there is an `estimate`), or
-    /// without a relative bias. None also where both are at most [`ASYMMETRIC_BIAS`].
+    /// large or too small by the same factor. None where the data determine the sign (there is an `estimate`), without
+    /// a relative bias, and where both are at most [`ASYMMETRIC_BIAS`] in absolute value.
     pub(crate) fn both_signs(&self) -> Option<[f64; 2]> {
         let relative = self.relative.filter(|_| self.estimate.is_none())?;
         // The response is linear in the logarithm: the effect of the other sign biases by the inverse factor.
@@ -169,7 +170,8 @@ impl UndetectedBias {
     }
 
     /// Text of the parameter and its bias, in per cent or, without a relative bias, in its unit. Where the data do not
-    /// determine the sign of the effect it is a range, or has the sign `+-`.
+    /// determine the sign of the effect (no `estimate`) it is the range of `both_signs`, or without that has the sign
+    /// `+-`.
     fn signed_bias(&self) -> String {
         if let Some([low, high]) = self.both_signs() {
             return format!("{} {:+.0} to {:+.0} %", self.parameter, 100.0 * low, 100.0 * high);
@@ -184,9 +186,9 @@ impl UndetectedBias {
         }
     }
 
-    /// Text of the effect, its size, the biases of the parameters by it, and the experiment that reveals it. `others`
-    /// are all biases by it that are listed, this one included. The size has the sign `+-` where the data do not
-    /// determine it.
+    /// Text of the effect with its size, the biases of parameters by it, and the experiment that would reveal it.
+    /// `others` are the biases by the effect to list, this one included. The size has the sign `+-` where the data do
+    /// not determine the sign (no `estimate`).
     pub(crate) fn with(&self, others: &[&Self]) -> String {
         let Self { effect, size, unit, test, .. } = self;
         let size = match self.estimate {
@@ -198,9 +200,9 @@ impl UndetectedBias {
     }
 }
 
-/// For each of the `parameters` the entry with its largest absolute relative bias, with that number as a fraction. Only
-/// entries above [`DESCRIBED_BIAS`] standard errors and with a relative bias count; parameters without such an entry
-/// are left out. The order is that of the parameters, and the list ends after [`DESCRIBED`].
+/// For each of the `parameters` the entry of `all` with its largest absolute relative bias, and that bias as a
+/// fraction. Only entries above [`DESCRIBED_BIAS`] standard errors and with a relative bias count; parameters without
+/// such an entry are left out. The order is that of the parameters; at most [`DESCRIBED`] are returned.
 pub(crate) fn biases_beyond_interval<'a>(
     all: &'a [UndetectedBias],
     parameters: &[Estimate],
@@ -215,9 +217,10 @@ pub(crate) fn biases_beyond_interval<'a>(
     parameters.iter().filter_map(largest).take(DESCRIBED).collect()
 }
 
-/// Up to [`DESCRIBED`] effects with a bias above [`DESCRIBED_BIAS`] standard errors, each with all its biases above it.
-/// Effects with the largest bias of any parameter, in standard errors, come first, as the estimates quote them. Within
-/// both groups the order is by their largest bias. `all` is sorted by bias, the largest first.
+/// Up to [`DESCRIBED`] effects with a bias above [`DESCRIBED_BIAS`] standard errors, each with all its biases above
+/// that. An effect that biases some parameter more than all other effects, in standard errors, comes before those that
+/// do not: estimates quote it. Within both groups the effect with the larger bias comes first. `all` must be sorted by
+/// bias in standard errors, the largest first.
 pub(crate) fn largest_biases(all: &[UndetectedBias]) -> Vec<Vec<&UndetectedBias>> {
     let mut effects: Vec<Vec<&UndetectedBias>> = Vec::new();
     // Entries are sorted by their bias: effects appear in the order of their largest one.

@@ -1,13 +1,12 @@
 //! Statistics of omitted effects at an optimum, from the change `u` of the weighted residuals by an effect of plausible
 //! size, orthogonal to the Jacobian.
 //!
-//! For weighted residuals `r` with the covariance `V` of their noise, `variance_along` of [`FitStatistics`] returns the
-//! variance `u'Vu` with its degrees of freedom. `likelihood` is the normal one of the size of the effect: the mean
-//! `-u.r/|u|^2` and the standard deviation `sqrt(u'Vu)/|u|^2`, in plausible sizes. `largest_bias` returns the estimate
-//! with the largest bias by an effect of a given size, in its standard errors and as a fraction of positive parameters.
-//! It is 0 without a name if no estimate with a value and a standard error responds. `relinearize` returns likelihood
-//! and response about another size (`mode`, in plausible sizes), by one run with derivatives at the predicted optimum;
-//! a run that fails is an error. Score tests and undetected biases use them.
+//! [`FitStatistics`] is an optimum with its local analysis; score tests and undetected biases use its methods. For
+//! weighted residuals `r` whose noise has the covariance `V`, `variance_along` returns the variance `u'Vu` with its
+//! degrees of freedom. `likelihood` returns mean `-u.r/|u|^2` and standard deviation `sqrt(u'Vu)/|u|^2` of the size of
+//! the effect, as a multiple of the plausible size. `largest_bias` returns the parameter with the largest bias, over
+//! its standard error, by an effect of a given size. `relinearize` returns likelihood and response about another size
+//! of the effect, by one run with derivatives at the optimum predicted there; a run that fails is an error.
 
 use crate::error::Error;
 use crate::fit::measurement::experiment::Experiment;
@@ -27,9 +26,11 @@ use nalgebra::{DMatrix, DVector};
 /// An optimum with its local analysis and estimates.
 #[derive(Clone, Copy)]
 pub(crate) struct FitStatistics<'a> {
+    /// The search with its optimum.
     pub fitted: Fitted<'a>,
     /// One per unknown, in their order.
     pub estimates: &'a [Estimate],
+    /// Noise, covariance and bounds at the optimum.
     pub local: &'a LocalAnalysis,
 }
 
@@ -52,9 +53,9 @@ impl FitStatistics<'_> {
         adequacy.variance_along(direction.as_slice(), noise, correlations)
     }
 
-    /// Likelihood of the size of an effect, in plausible sizes, by the weighted `residuals`: estimate `-u.r/|u|^2` and
-    /// standard error. The plausible size changes the residuals by `direction`, `u`, which is orthogonal to the
-    /// Jacobian.
+    /// Likelihood of the size of an effect as a multiple of the plausible size, by the weighted `residuals` `r`:
+    /// estimate `-u.r/|u|^2` and standard error `sqrt(u'Vu)/|u|^2`. The plausible size changes the residuals by
+    /// `direction`, `u`, which is orthogonal to the Jacobian.
     pub fn likelihood(&self, direction: &DVector<f64>, residuals: &DVector<f64>) -> Likelihood {
         let square = direction.norm_squared();
         let deviation = self.variance_along(direction).variance.sqrt();
@@ -78,10 +79,11 @@ impl FitStatistics<'_> {
         all.max_by(|a, b| a.std_errors.total_cmp(&b.std_errors)).unwrap_or_default()
     }
 
-    /// Linearizes an effect again about `mode` plausible sizes. The start is the optimum moved by `mode` times its
-    /// first response `slope`, within the bounds. One run of the `experiments` there yields residuals and derivatives
-    /// by the unknowns and by the `change` of plausible size. A Gauss-Newton step, with the effect held, corrects the
-    /// unknowns. Returns likelihood and response about that size. Error: the run fails.
+    /// Linearizes an effect again about `mode` times its plausible size. The start is the optimum moved by `mode` times
+    /// its first response `slope`, within the bounds. One run of the `experiments` there yields residuals and
+    /// derivatives by the unknowns and by the `change` of plausible size. A Gauss-Newton step with the effect held
+    /// corrects the unknowns. Returns the likelihood of the size, and the change of the unknowns from the optimum at
+    /// `mode` with its derivative by the size. Error: the run fails.
     pub fn relinearize(
         self,
         experiments: &[Experiment],

@@ -1,18 +1,18 @@
 //! Free-run prediction errors of recordings whose ends drive the rod.
 //!
 //! Input: experiments with a measured motion whose scene has recorded markers as supports (`supports.path`), and the
-//! values of the optimum. Each is simulated once. A run starts from the first two frames ([`START_FRAMES`]), or in
-//! equilibrium if the scene requests it, and follows the recorded ends. All markers, those of the ends included, are
-//! compared with the frames after these up to the end of the simulation; lost markers are left out. The error of a
-//! marker in a frame is the mean absolute difference of its three coordinates, m. [`RecordingErrors`] has the mean of
-//! each experiment, none where the simulation fails. It also has number, mean, median and largest of these means over
-//! the fitted and over the validation experiments (all measurements held out). It is `None` without such experiments.
-//! Reports of fits and predictions show it. `add_to` adds them to a summary. [`FreeRun`] is one run with its recording;
-//! its `errors` are those by marker and frame, and `mean_error` is their mean (0 without any), and
-//! [`driven_experiments`] selects the experiments.
+//! values of the optimum. Each is simulated once (free run). A run starts from the first two frames ([`START_FRAMES`]),
+//! or in equilibrium if the scene requests it, and follows the recorded ends. All markers, those of the ends included,
+//! are compared with the recording in the later frames up to the end of the simulation; lost markers are left out. The
+//! error of a marker in a frame is the mean absolute difference of its three coordinates, m.
 //!
-//! `RecordingError` is the error of one experiment, `ErrorSummary` that of several, and `MarkerError` that of a marker
-//! in a frame.
+//! [`RecordingErrors`] has the mean error of each experiment, none where the simulation fails. It also has number,
+//! mean, median and largest of these means, separately over the fitted and over the validation experiments (all
+//! measurements held out). Without any such experiment the whole result is `None`. Reports of fits and predictions show
+//! it. [`FreeRun`] is one run with its recording, for plots too.
+//!
+//! [`RecordingError`] is the error of one experiment, [`ErrorSummary`] summarizes several, and [`MarkerError`] is the
+//! error of one marker in one frame.
 
 use crate::dynamics::Trajectory;
 use crate::error::Error;
@@ -127,14 +127,14 @@ pub(crate) struct MarkerError {
     pub frame: usize,
     /// Index of the marker in the recording.
     pub marker: usize,
-    /// Mean distance per coordinate between simulation and recording, m.
+    /// Mean absolute difference of the three coordinates between simulation and recording, m.
     pub error: f64,
 }
 
 impl FreeRun {
     /// Simulates a problem to its end, and stores the motion of all nodes if `all`, else of those with markers. The
-    /// work (steps times segments) is added to that of the search. Error: a scene without `supports.path` or its
-    /// recording, or a simulation that fails.
+    /// work (steps times segments) is added to that of the search. Error: a scene without `supports.path` or without
+    /// its recording, or a simulation that fails.
     pub fn new(problem: &Problem, all: bool, search: &Search) -> Result<Self, Error> {
         let none = || Error::invalid("supports.path", "no such table", "one");
         let path = problem.scene().supports.path.as_ref().ok_or_else(none)?;
@@ -149,8 +149,9 @@ impl FreeRun {
         Ok(Self { track, nodes, tracked, run, end: time.end })
     }
 
-    /// Errors of all recorded markers, frame by frame, in all frames after the first [`START_FRAMES`], up to the end of
-    /// the simulation. Each is the mean of the three absolute coordinate differences, m. Lost markers have none.
+    /// Errors of all recorded markers, frame by frame and in the order of the markers, in all frames after the first
+    /// [`START_FRAMES`], up to the end of the simulation. Each is the mean of the three absolute coordinate
+    /// differences, m. Markers lost in a frame have none there.
     pub fn errors(&self) -> impl Iterator<Item = MarkerError> {
         let frames = self.track.times().iter().enumerate().skip(START_FRAMES);
         // Frames after the end of the simulation have no prediction.

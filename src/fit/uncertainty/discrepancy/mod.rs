@@ -1,11 +1,12 @@
 //! Model discrepancy: effects that the model omits, their bias of the estimates, the validity of the model, and
 //! predictions.
 //!
-//! Input: the optimum of a fit with its local analysis and estimates. `score_tests` tests the residuals for the
-//! `omitted_effects` of one rod, and for `structure_effects` of several rods, with the plausible sizes of
-//! `tested_effects` and `rod_sizes`. `ranking` keeps those of the first three ranks. `undetected_bias` estimates the
-//! bias by effects that the data do not exclude; both use `fit_statistics`. `slenderness` checks for shear deformation
-//! and rotary inertia, `mode_numbers` for other numbers of measured modes, and `scene_notes` for units, gravity and
+//! Input: the optimum of a fit with its local analysis and estimates. `score_tests` tests whether omitted effects
+//! explain the residuals: the `omitted_effects` of one rod, or the `structure_effects` of a structure of rods.
+//! `tested_effects` has their plausible sizes, from `rod_sizes`. `ranking` keeps the tests of the first three ranks.
+//! `undetected_bias` estimates the bias of the parameters by effects that the data do not exclude; tests and biases use
+//! `fit_statistics`. `slenderness` checks for shear deformation and rotary inertia, `mode_numbers` whether other
+//! numbers of the measured modes fit as well, and `scene_notes` for implausible units, missing gravity and large
 //! strains. `prediction` compares the fit with validation data, and `free_run` with recordings whose ends drive the
 //! rod. `findings` has the tests and biases as the report lists them. Tests and checks add warnings or notes to the
 //! assessment of a fit.

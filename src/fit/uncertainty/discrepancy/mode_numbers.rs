@@ -1,9 +1,9 @@
 //! Test whether measured frequencies fit other mode numbers as well.
 //!
 //! Frequencies alone determine a stiffness only with the numbers of their modes: those of a simply supported rod are
-//! `n^2` times the first. So any common factor of the numbers fits them, with another modulus. The test requires a fit
-//! of one experiment with one rod, at least [`FEWEST`] frequencies and no other measurement. It also requires a
-//! positive unknown that scales all frequencies by one factor (within [`ONE_SCALE`]) and changes them clearly
+//! proportional to `n^2`. So numbers with a common factor fit them too, with another modulus. The test applies to a fit
+//! of one experiment with one rod (no structure), at least [`FEWEST`] frequencies and no other measurement. Some
+//! positive unknown must scale all frequencies by one factor (within [`ONE_SCALE`]) and change them clearly
 //! ([`SMALLEST_POWER`]); the first such unknown must have a standard error. Other numberings ([`NUMBERINGS`]) are
 //! compared without another fit: their frequencies at the optimum times the factor `c` that fits best,
 //!
@@ -12,9 +12,10 @@
 //! ```
 //!
 //! of measured frequencies `f` with their noise `s` and computed ones `g`, rad/s. A numbering fits as well if its chi^2
-//! exceeds that of the fit by at most [`EXCESS`]. The value of the unknown must be within its bounds and
-//! [`EXCLUDED_BY_PRIOR`] standard deviations of its prior. [`check_mode_numbers`] adds one note to the fit with all
-//! such numberings and these values; without any it adds nothing.
+//! exceeds that of the fit by at most [`EXCESS`]. The unknown `p` then has the value `p c^(1/power)`, with its
+//! derivative `power = d ln f/d ln p`. That value must be within its bounds and [`EXCLUDED_BY_PRIOR`] standard
+//! deviations of its prior. [`check_mode_numbers`] adds one note to the fit with all such numberings and these values;
+//! without any it adds nothing.
 
 use crate::code::Code;
 use crate::fit::search::Search;
@@ -36,7 +37,7 @@ const ONE_SCALE: f64 = 1e-3;
 const SMALLEST_POWER: f64 = 0.1;
 /// Highest mode of another numbering; higher ones need a fine mesh.
 const HIGHEST_MODE: usize = 60;
-/// Distance from the mean of a prior, in its standard deviations, from which on it excludes a value.
+/// Distance from the mean of a prior, in its standard deviations, above which the prior excludes a value.
 const EXCLUDED_BY_PRIOR: f64 = 3.0;
 
 /// Another numbering of modes: `number factor/divisor + offset`.
@@ -107,10 +108,11 @@ pub(crate) fn check_mode_numbers(fitted: Fitted, estimates: &[Estimate], warning
     warnings.add(Severity::Note, Code::ModeNumbers, text);
 }
 
-/// Texts of all other numberings that fit as well by [`EXCESS`], within the bounds of the parameter and
-/// [`EXCLUDED_BY_PRIOR`] of its prior. None where another experiment or another kind of measurement decides between
-/// numberings, or with fewer than [`FEWEST`] frequencies. None also where no unknown is a common scale of the
-/// frequencies, the first such one has no standard error, or frequencies cannot be computed.
+/// Texts of all numberings of [`NUMBERINGS`] whose chi^2 exceeds that of the fit by at most [`EXCESS`], with the
+/// parameter within its bounds and [`EXCLUDED_BY_PRIOR`] standard deviations of its prior. None with several
+/// experiments, another kind of measurement or a structure, or with fewer than [`FEWEST`] frequencies. None also where
+/// no unknown is a common scale of the frequencies, the first such one has no standard error, or frequencies cannot be
+/// computed.
 fn other_numberings(fitted: Fitted, estimates: &[Estimate]) -> Option<Vec<String>> {
     let search = fitted.search;
     // Another experiment or another kind of measurement decides between numberings.
@@ -154,9 +156,9 @@ fn other_numberings(fitted: Fitted, estimates: &[Estimate]) -> Option<Vec<String
     Some(NUMBERINGS.into_iter().filter_map(describe).collect())
 }
 
-/// The first positive unknown that is a common scale of the frequencies of all named modes: their derivatives `d ln f/d
-/// ln p` differ from the mean by at most [`ONE_SCALE`] of it, and the mean is at least [`SMALLEST_POWER`]. Its power is
-/// the mean. None without one; unknowns whose derivatives fail are skipped.
+/// The first positive unknown `p` that is a common scale of the frequencies `f` of all named modes. Their derivatives
+/// `d ln f/d ln p` differ from the mean by at most [`ONE_SCALE`] of it, and the mean is at least [`SMALLEST_POWER`] in
+/// absolute value. Its power is the mean. None without one; unknowns whose derivatives fail are skipped.
 fn frequency_scale(
     search: &Search,
     problem: &Problem,
@@ -177,8 +179,8 @@ fn frequency_scale(
 }
 
 /// The factor of least squares on the computed frequencies of the named modes that fits the `measured` ones, in the
-/// same order, and its chi^2. The mesh has `mesh_factor` times the edges of the problem. None where the frequencies
-/// cannot be computed.
+/// same order, and its chi^2. The mesh has `mesh_factor` times the segments of the problem, as higher modes need. None
+/// where the frequencies cannot be computed.
 fn scaled_fit(
     problem: &Problem,
     names: &[ModeName],

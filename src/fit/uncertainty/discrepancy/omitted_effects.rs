@@ -1,17 +1,17 @@
 //! Effects that a scene may omit: terms of size zero, and numbers that may have errors.
 //!
-//! [`OMITTED_EFFECTS`] is the table of the 24 effects that score tests examine (those of structures are in
-//! `structure_effects`). Each effect is a number of the scene, or of the scene with a term added; a taper changes two
-//! numbers together. The term has no effect, or a small one ([`TRACE`]) where scenes do not allow zero. Kelvin-Voigt
-//! damping has half of its plausible size instead (zero without an oscillation). Residuals are differentiated by the
-//! number like by any parameter. Its plausible size, in the unit of the number and from the sizes of the rod, is an
-//! error that is common in laboratories, not the largest possible one. It is none where the section or the data do not
-//! define it. [`OmittedEffect::added`] returns the problem with the term. It returns none where the scene states the
-//! effect or cannot have it, or the model has no derivative by the number. [`OmittedEffect::is_excluded_beside`]
-//! returns whether other parameters of the fit exclude the effect. [`OmittedEffect::is_one_sided`] returns whether the
-//! number cannot be smaller than in the scene. Constants are plausible sizes relative to those of the rod. `name_in` is
-//! the name of internal friction with its yield curvature, none for other effects. `of_number` is an effect outside of
-//! the table, of a number that scenes have already.
+//! [`OMITTED_EFFECTS`] is the table of the 24 effects that score tests of fits of one rod examine (those of structures
+//! are in `structure_effects`). Each effect is a number of the scene, given by its path, by which the residuals are
+//! differentiated like by any parameter; a taper changes two numbers together. Where a scene does not have the number,
+//! a term with it is added: of the size zero, or of a small size ([`TRACE`]) where scenes do not allow zero.
+//! Kelvin-Voigt damping is added with half of its plausible size instead (zero without an oscillation). The plausible
+//! size, in the unit of the number and from the sizes of the rod, is an error that is common in laboratories, not the
+//! largest possible one. It is none where the section or the data do not define it.
+//!
+//! [`OmittedEffect::added`] returns the problem with the term, or none where the scene states the effect or cannot have
+//! it. [`OmittedEffect::is_excluded_beside`] returns whether other parameters of the fit exclude the effect,
+//! [`OmittedEffect::is_one_sided`] whether the number cannot be smaller than in the scene. Constants are plausible
+//! sizes relative to those of the rod.
 
 use crate::fit::uncertainty::discrepancy::rod_sizes::RodSizes;
 use crate::problem::Problem;
@@ -21,11 +21,12 @@ use crate::scene::{
     Section, Shape, Support,
 };
 
-/// Size of an added term where scenes do not allow zero: mass over that of the rod, or stiffness over that of the rod.
+/// Size of an added term where scenes do not allow zero: mass over the mass of the rod, or stiffness over the bending
+/// stiffness of the rod.
 const TRACE: f64 = 1e-9;
 /// Extension of the rod that is equivalent to an elastic clamp, over its thickness, for elastic half-spaces.
 pub(crate) const CLAMP_EXTENSION: f64 = 0.5;
-/// Damping ratio that air, clamp and material plausibly have.
+/// Plausible damping ratio by air, clamp and material.
 const DAMPING_RATIO: f64 = 2e-3;
 /// Half the density of air times a drag coefficient of 1.2, kg/m^3.
 const AIR_DRAG: f64 = 0.72;
@@ -41,7 +42,7 @@ pub(crate) const MARKER_MASS: f64 = 0.01;
 pub(crate) const DENSITY: f64 = 0.04;
 /// Plausible relative change of the stiffness of the part of the rod beside a grip, sleeve or glue.
 const GRIP_STIFFENING: f64 = 0.1;
-/// Number of equal parts of the length, the first of which a grip may stiffen.
+/// Number of equal parts of the length with separate stiffness factors; a grip may stiffen the first.
 const GRIP_PARTS: usize = 4;
 /// Plausible stiffness of the springs of internal friction over that of the rod.
 const FRICTION_STIFFNESS: f64 = 0.01;
@@ -61,13 +62,13 @@ pub(crate) struct OmittedEffect {
     pub path: &'static str,
     /// Name, as text.
     pub name: &'static str,
-    /// Experiment that distinguishes it from the parameters.
+    /// Experiment that would distinguish the effect from the parameters.
     pub test: &'static str,
-    /// Adds the term to a scene that has none, if the scene allows it.
+    /// Adds the term to a scene without it, if the scene allows it; does nothing for numbers that every scene has.
     add: fn(&mut Scene, &RodSizes),
     /// Plausible size in the unit of the number; none where the effect is not defined.
     pub plausible: fn(&RodSizes) -> Option<f64>,
-    /// Value of the number in a scene without the effect; none for numbers that every scene has.
+    /// Value of the number in a scene without the effect; none if the number has no such value, as a length or a mass.
     absent: Option<f64>,
     /// Another number that changes with it.
     pub coupling: Option<CoupledNumber>,
@@ -361,16 +362,16 @@ pub(crate) const OMITTED_EFFECTS: [OmittedEffect; 24] = [
     },
 ];
 
-/// Whether a path is that of an effect added to a structure whose number cannot be negative: the rotational compliance
+/// Whether `path` is that of an effect added to a structure, whose number cannot be negative: the rotational compliance
 /// of a joint (`joints.NAME.rotation`), or the first mass on a rod (`rods.NAME.mass.0.mass`). False for all other
-/// numbers, also those that cannot be negative.
+/// paths, also of other numbers that cannot be negative.
 fn is_added_to_structure(path: &str) -> bool {
     let is_compliance = path.starts_with("joints.") && path.ends_with(".rotation");
     is_compliance || path.starts_with("rods.") && path.ends_with(".mass.0.mass")
 }
 
-/// Adds a table of drag forces, all zero, to a scene without one, if the record has a first extreme (an oscillation);
-/// else nothing.
+/// Adds a table of drag coefficients, all zero, to a scene without one, if the recorded motion has a frequency
+/// (`sizes.frequency`); else nothing.
 fn with_drag(scene: &mut Scene, sizes: &RodSizes) {
     if scene.loads.drag.is_none() && sizes.frequency.is_some() {
         scene.loads.drag = Some(Drag::default());
@@ -389,8 +390,9 @@ impl OmittedEffect {
         Parameter::at(self.path)
     }
 
-    /// Whether the number cannot be below the value of the scene: dampings and others that may vanish, added masses,
-    /// friction, and added compliances of a structure.
+    /// Whether the number of the effect cannot be negative, so that negative sizes are excluded. Such numbers are
+    /// parameters that may be zero (as dampings and compliances), added masses, friction, and added compliances and
+    /// masses of a structure.
     pub fn is_one_sided(&self) -> bool {
         // Scenes do not allow zero for added masses and friction, so that they are no parameters that may vanish.
         let is_positive =
@@ -405,9 +407,9 @@ impl OmittedEffect {
         Some(format!("{} with the yield curvature {:.1e} 1/m", self.name, friction.curvature))
     }
 
-    /// Whether a scene states the effect, or cannot have it. It states one if the number differs from its value without
-    /// the effect. An attached mass, friction, or a taper of the modulus states the effects of the same kind. Effects
-    /// of `supports` need a clamped end.
+    /// Whether a scene states the effect, or cannot have it. It states the effect if its number differs from `absent`.
+    /// Any attached mass states the tip mass, any friction internal friction, and a taper of the modulus the stiffness
+    /// at the grip. Effects of `supports` require a clamped end (start or end of the rod).
     fn is_excluded_by(&self, scene: &Scene) -> bool {
         // A number at another value than that of an absent effect is stated.
         let own = self.absent.zip(self.parameter().of(scene));
@@ -432,9 +434,10 @@ impl OmittedEffect {
         }
     }
 
-    /// A copy of the problem with the term of the effect added, if it needs one; its size is zero, or small where zero
-    /// is not possible. None where the scene states the effect or cannot have it. None also where scene or scheme
-    /// refuse the term, or the model has no derivative by its number.
+    /// A copy of the problem with the term of the effect, if it needs one, of the size zero, or small where zero is not
+    /// possible. None where the scene states the effect or cannot have it, where scene or scheme do not allow the term,
+    /// or where the model has no derivative by its number. None also for lens distortion and rolling shutter without a
+    /// plausible size.
     pub fn added(&self, problem: &Problem, sizes: &RodSizes) -> Option<Problem> {
         let mut scene = problem.scene().clone();
         // Lens and rows need coordinates that an experiment may not have: it then has no size of the effect.

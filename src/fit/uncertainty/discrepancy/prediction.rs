@@ -2,11 +2,12 @@
 //!
 //! Measurements marked as held out are not fitted. Each is simulated at the optimum, and the root mean square
 //! difference is compared with the expected one, `sqrt(s^2 + mean(j C j'))`, both in the unit of the measurement. Here
-//! `j` are rows of the Jacobian and `C` is the covariance of the parameters on the scale of the fit. The noise `s` is
-//! the stated sigma, else the largest noise of the fitted measurements with the same unit, else 0. A ratio that is too
-//! large for the number of values (chi-squared) is a warning of a contradiction. So is a simulation that fails; its
-//! experiment has no prediction. [`predictions`] returns one [`Prediction`] per held-out measurement for the report, in
-//! the order of the experiments; all markers of a recording are one.
+//! `j` are the rows of the Jacobian of the measured values, and `C` is the covariance of the unknowns of the fit that
+//! have a standard deviation. The noise `s` is the stated sigma, else the largest noise of the fitted measurements with
+//! the same unit, else 0. A ratio of the two that is too large for the number of values (chi-squared test) adds a
+//! warning of the severity `Contradiction`. So does a simulation that fails; its experiment has no prediction.
+//! [`predictions`] returns one [`Prediction`] per held-out measurement for the report, in the order of the experiments;
+//! all markers of a recording share one.
 
 use crate::code::Code;
 use crate::error::Error;
@@ -51,10 +52,10 @@ impl Prediction {
     }
 }
 
-/// Predictions of the validation data of all `experiments`, in their order, simulated in parallel. `sigma` is the noise
-/// of each fitted measurement, in its unit. An experiment whose simulation fails has none and adds a warning. A ratio
-/// of `rms` to `expected` that is too large by [`is_too_large`] adds one too. The warnings have the severity
-/// `Contradiction`. Empty without validation data.
+/// Predictions of the held-out measurements of all `experiments`, in their order; experiments are simulated in parallel
+/// at the optimum. `sigma` is the noise of each fitted measurement, in its unit. An experiment whose simulation fails
+/// has none and adds a warning. A ratio of `rms` to `expected` that is too large by [`is_too_large`] adds one too. The
+/// warnings have the severity `Contradiction`. Empty without validation data.
 pub(crate) fn predictions(
     experiments: &[Experiment],
     fitted: Fitted,
@@ -103,10 +104,10 @@ pub(crate) fn predictions(
     predictions
 }
 
-/// Predictions of all measurements of an experiment, from one run with derivatives at the optimum; all markers of a
-/// recording share one. The noise is the stated sigma of the measurement. Else it is the largest `noise` of the fitted
-/// measurements with the same unit, or 0 without any. `noise` has one value per fitted measurement. Error: the
-/// simulation fails.
+/// Predictions of all measurements of an experiment, from one run with derivatives at the optimum. Consecutive markers
+/// of one recording share one prediction. The noise is the stated sigma of the measurement. Else it is the largest
+/// `noise` of the fitted measurements with the same unit, or 0 without any. `noise` has one value per fitted
+/// measurement. Error: the simulation fails.
 fn predict(
     experiment: &Experiment,
     Fitted { search, optimum }: Fitted,

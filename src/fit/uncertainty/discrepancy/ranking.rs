@@ -1,14 +1,17 @@
 //! Ranking of omitted effects by the part of the residuals that they explain; effects that the data cannot separate
 //! share a rank.
 //!
-//! [`ranked`] receives all score tests with their directions and the weighted residuals. It returns those of the first
-//! [`RANKS`] ranks, the best first. Significant effects are in the order of the explained part of the residuals, all
-//! others in that of their p-values. The best remaining effect takes the next rank. If it is significant, another
-//! effect joins its rank under two conditions, with the z-scores `a` of the best and `b` of the other. First, the score
-//! of the part of the other's direction orthogonal to the best one is noise (below [`NOISE`] standard deviations).
-//! Second, the best is not significantly better, `a^2 - b^2 < 1.645^2`. Effects of the wrong sign join none. If the
-//! other effect is the cause, this difference has the mean `-m` and the standard deviation `2 sqrt(m)`, where `m`
-//! measures the difference of the directions. It exceeds the limit in at most 5 % of all cases, for any `m`.
+//! [`ranked`] receives all score tests, each with its direction (the change of the weighted residuals by the effect,
+//! orthogonal to the Jacobian), and the weighted residuals. It returns the tests of the first [`RANKS`] ranks, the best
+//! first. Significant effects are in the order of the explained part of the residuals, then all others in that of their
+//! p-values. The best remaining effect takes the next rank. If it is significant, another effect joins its rank under
+//! two conditions, with the z-scores `a` of the best and `b` of the other. First, the part of the other's direction
+//! orthogonal to the best one correlates with the residuals by no more than noise does (below [`NOISE`] standard
+//! deviations). Second, the best is not significantly better, `a^2 - b^2 < 1.645^2`. Effects of the wrong sign join
+//! none.
+//!
+//! If the other effect is the cause, this difference has the mean `-m` and the standard deviation `2 sqrt(m)`, where
+//! `m` measures the difference of the directions. It exceeds the limit in at most 5 % of all cases, for any `m`.
 
 use crate::fit::uncertainty::discrepancy::findings::ScoreTest;
 use nalgebra::DVector;
@@ -16,9 +19,10 @@ use std::cmp::Ordering;
 
 /// Number of ranks that are reported.
 const RANKS: usize = 3;
-/// Difference of two squared statistics from which on the first is significantly better: the squared 95 % quantile.
+/// Difference of two squared z-scores from which on the first is significantly better: the squared 95 % quantile.
 const BETTER: f64 = 1.645 * 1.645;
-/// Size of a score, in standard deviations, below which it is noise: 95 % of noise is.
+/// Absolute score (scalar product of a direction with the residuals), in standard deviations, below which it is noise:
+/// that of 95 % of pure noise.
 const NOISE: f64 = 1.96;
 
 /// A score test with the direction of its effect.

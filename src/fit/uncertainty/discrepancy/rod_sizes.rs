@@ -1,11 +1,12 @@
 //! Quantities of an experiment from which the plausible sizes of omitted effects follow.
 //!
 //! Input: an experiment, and its problem with the values of the optimum. [`RodSizes::new`] takes length, mass (without
-//! attached ones), density and section of the rod from the scene, in SI units. Stiffness `EI` and thickness are those
-//! of the softer direction; the thickness is four radii of gyration. The recorded motions yield the first angular
-//! frequency, `pi` over the shortest time in which a record reaches its first extreme. They also yield the least mean
-//! time between frames, and a curvature. That is `3 d/L^2`, of a cantilever of length `L` whose tip moves by the
-//! largest spread `d` of a recorded point. A quantity is none where the section or the data do not have it.
+//! attached ones), density and section of the rod from the scene, in SI units and without tapers. Stiffness `EI` and
+//! thickness are those of the softer direction; the thickness is four radii of gyration, the diameter of a circle. The
+//! recorded motions yield the first angular frequency, `pi` over the shortest time in which a record reaches its first
+//! extreme, and the least mean time between frames. They also yield a curvature `3 d/L^2`: that at the clamp of a
+//! cantilever of length `L` whose tip moves by `d`, the largest spread of a recorded point. Quantities that section or
+//! data do not define are none.
 
 use crate::fit::measurement::experiment::Experiment;
 use crate::fit::measurement::motion::PointMotion;
@@ -17,7 +18,7 @@ use std::f64::consts::PI;
 /// Plausible relative change of a distance in the picture by lens distortion.
 const DISTORTION: f64 = 0.01;
 
-/// Sizes, times and curvatures of a rod and its recordings.
+/// Sizes of a rod and its recordings that plausible sizes of omitted effects are computed from.
 pub(crate) struct RodSizes {
     /// Length of the rod, m.
     pub length: f64,
@@ -29,27 +30,30 @@ pub(crate) struct RodSizes {
     pub radius: Option<f64>,
     /// Height of a rectangle, m.
     pub height: Option<f64>,
-    /// Thickness in the softer direction, m.
+    /// Thickness in the softer direction, m: four radii of gyration, `4 sqrt(I/A)`.
     pub thickness: f64,
     /// Least bending stiffness EI, N m^2.
     pub bending: f64,
-    /// Angular frequency of the first oscillation, rad/s.
+    /// Angular frequency of the first oscillation, rad/s; none without a record over time that reaches an extreme.
     pub frequency: Option<f64>,
-    /// Least mean time between two frames, s.
+    /// Least mean time between two samples of a record, s; none without a record of several samples.
     pub frame: Option<f64>,
-    /// Delay of a rolling shutter that reads the length of the rod along y in one frame, s/m.
+    /// Delay of a rolling shutter that reads the length of the rod along y in one frame, s/m; none in space, without
+    /// recorded points, or where a measurement has no y coordinate.
     pub row_delay: Option<f64>,
-    /// Lens distortion that changes a distance of the length of the rod by [`DISTORTION`], 1/m^2.
+    /// Lens distortion that changes a distance of the length of the rod by [`DISTORTION`], 1/m^2; none in space, or
+    /// where a measurement lacks a coordinate of the picture.
     pub distortion: Option<f64>,
-    /// Curvature of a cantilever whose tip moves as far as the recorded points, 1/m.
+    /// Curvature at the clamp of a cantilever whose tip moves as far as the recorded points, 1/m; none without moving
+    /// points.
     pub curvature: Option<f64>,
 }
 
 impl RodSizes {
     /// Sizes of an experiment whose `problem` has the values of the optimum. Of several records the shortest rise time,
-    /// the least mean time between frames and the largest spread of a point count. Frequency, frame time and curvature
-    /// are none without a recorded motion; radius is none unless the section is a circle or a tube, height unless it is
-    /// a rectangle.
+    /// the least mean time between frames and the largest spread of a point count. Frequency and frame time also use
+    /// readings of sensors over time, and are none without records. Curvature uses points only, and is none without a
+    /// motion of them; radius is none unless the section is a circle or a tube, height none unless it is a rectangle.
     pub fn new(experiment: &Experiment, problem: &Problem) -> Self {
         let scene = problem.scene();
         let moments = scene.rod.section.moments();

@@ -1,14 +1,16 @@
 //! Notes on the fitted scenes: implausible units, no gravity, given meshes too coarse for the natural curvature, and
 //! large strains.
 //!
-//! [`scene_notes`] examines the scenes of all experiments at the values of the optimum, and adds each note once to
-//! the warnings of a fit. Notes do not lower the grade. Structures are not examined: one note lists what is not
-//! assessed for them. Strains above `LARGEST_STRAIN`, the limit of a linear material, have a note, that of the first
-//! such experiment only. Strains of measured shapes at rest follow from the equilibrium. Those of a measured motion
-//! require a run. It is omitted, and only the initial shape counts, where [`OVERSHOOT`] times an upper bound is at
-//! most `LARGEST_STRAIN`. The bound is the larger of the strain of the initial shape and of one by beam theory.
-//! Without an initial velocity the strain at equilibrium may replace the latter. Rods between recorded ends have no
-//! strains here.
+//! [`scene_notes`] examines the scenes of all experiments at the values of the optimum, and adds each note once to the
+//! warnings of a fit. Notes do not lower the grade. Structures are not examined: one note lists which effects are not
+//! assessed for them. A strain above `LARGEST_STRAIN`, the limit of a linear material, has a note, for the first such
+//! experiment only. Strains of measured shapes at rest are those of the equilibrium. Strains of a measured motion are
+//! the largest of a simulation.
+//!
+//! That simulation is omitted, and the strain of the initial shape counts, where [`OVERSHOOT`] times an estimated bound
+//! is at most `LARGEST_STRAIN`. The bound is the larger of the strain of the initial shape and of one by beam theory.
+//! Without an initial velocity the strain at equilibrium may replace the latter. Motions of supports and actuators are
+//! no part of the bound. Rods between recorded ends have no strains here.
 
 use crate::code::Code;
 use crate::fit::search::fitted::Fitted;
@@ -19,14 +21,14 @@ use crate::problem::{AnyProblem, Problem, Purpose};
 /// Largest displacement of a released rod over that of its equilibrium: 2 of an undamped linear oscillation.
 const OVERSHOOT: f64 = 2.0;
 
-/// Effects that are tested for one rod only.
+/// Text of the note on a structure: effects that are assessed for one rod only.
 const STRUCTURE_SCOPE: &str = "shear flexibility, large strains and motions out of the plane are not \
                                assessed for structures. One of them may bias the estimates. Fit one rod alone to compare";
 
-/// Adds the notes on the scenes of all experiments at an optimum, each text once. They are the plausibility notes for a
-/// motion, for a shape at rest or else for modes, as measured. One more is on the largest strain, at rest or in motion,
-/// of the first experiment where it is too large. Experiments whose scene does not allow the values of the optimum are
-/// skipped.
+/// Adds the notes on the scenes of all experiments at an optimum, each text once. They are the plausibility notes of
+/// each problem, for a motion if one was measured, else for a shape at rest, else for modes. One more is on the largest
+/// strain, at rest or in motion, of the first experiment where it is too large. A structure has one note on the scope
+/// of the assessment instead. Experiments whose scene does not allow the values of the optimum are skipped.
 pub(crate) fn scene_notes(fitted: Fitted, warnings: &mut Warnings) {
     let mut added: Vec<String> = Vec::new();
     if fitted.search.experiments.iter().any(|e| e.problem.scene().structure.is_some()) {
@@ -71,8 +73,7 @@ pub(crate) fn scene_notes(fitted: Fitted, warnings: &mut Warnings) {
     }
 }
 
-/// The largest strain at equilibrium, without a time; none where that cannot be computed, or where recorded markers
-/// prescribe nodes.
+/// The largest strain at equilibrium; none where that cannot be computed, or where recorded markers prescribe nodes.
 fn strain_at_rest(problem: &Problem) -> Option<LargestStrain> {
     let found = problem.equilibrium().ok()?;
     Some(StrainGauge::new(problem)?.largest(|i| found.nodes[i], None))
@@ -118,11 +119,11 @@ fn start_strain(problem: &Problem, gauge: &StrainGauge) -> LargestStrain {
     gauge.largest(|i| nodes[i], Some(0.0))
 }
 
-/// An upper bound of the strains (a pure number) by the loads at equilibrium and by the initial velocity, from beam
+/// Estimated upper bound of the strains (a pure number) by loads at equilibrium and by the initial velocity, from beam
 /// theory: the largest of `2 i k + F/(E A) + 2 v sqrt(rho/E)` at both ends and the middle of the rod. `i` is the
-/// smaller radius of gyration, `F` the sum of the sizes of the weights of rod and attached masses and of all point and
-/// line loads. `v` is the initial speed plus the angular velocity times the length. The curvature is `k = min(F L/(E
-/// I), 2 sqrt(F/(E I))) + M/(E I)`, with the sum `M` of all moments.
+/// smaller radius of gyration, `A` the area, `I = A i^2`, and `F` the sum of the magnitudes of the weights of rod and
+/// attached masses and of all point and line loads. `v` is the initial speed plus the initial angular velocity times
+/// the length `L`. The curvature is `k = min(F L/(E I), 2 sqrt(F/(E I))) + M/(E I)`, with the sum `M` of all moments.
 fn strain_bound(problem: &Problem) -> f64 {
     let scene = problem.scene();
     let size = |v: &[f64; 3]| v.iter().map(|c| c * c).sum::<f64>().sqrt();

@@ -1,23 +1,25 @@
 //! Score tests of omitted effects, and the undetected biases by effects that the data do not exclude.
 //!
-//! A number `k` of the scene with an error `dk` changes the residuals by `d dk`, `d = dr/dk`, of which the fit
-//! follows `P d`. The score test compares the rest of the direction, `u = d - P d`, with the residuals `r`:
+//! A number `k` of the scene with an error `dk` changes the weighted residuals by `d dk`, `d = dr/dk`. The unknowns of
+//! the fit respond, so that only the part `u = d - P d` remains, with the projection `P` onto the columns of the
+//! Jacobian. The score test compares `u` with the residuals `r`:
 //!
 //! ```text
 //! z = -u.r/sqrt(u'Vu)    k = -u.r/|u|^2
 //! ```
 //!
-//! with the covariance `V` of the [noise](crate::fit::uncertainty::noise::autocorrelation). It requires a derivative,
-//! and no fit. Where `|u|` is small the data cannot detect the effect, and a plausible size of it biases the
-//! parameters. One run has all derivatives: of the full model where the search cost at least [`COST_OF_DERIVATIVES`]
-//! simulations, or on request, else of a coarse one. A corrected p-value on the coarse model below [`SUSPICIOUS`]
-//! requires a run of the full model after all. P-values are those of the normal distribution or Student's t, one-sided
-//! for numbers that cannot be smaller. They are multiplied by the number of tested effects plus [`RESIDUAL_TESTS`]
-//! (Bonferroni). If the best is significant on the full model, all tests are repeated without discretization errors,
-//! where these can be removed. The result of `assess`, a [`ModelDiscrepancy`], has the tests of the first three ranks
-//! and the biases. It is empty after an interruption, without standard errors, where excluded or too expensive, and
-//! with a warning (`Ambiguous`) where a run fails. [`warn_of_omitted_effects`] adds the warning of the best rank, if
-//! its best effect is significant and the mesh is not suspected.
+//! with the covariance `V` of the [noise](crate::fit::uncertainty::noise::autocorrelation); `k` is the estimated size.
+//! It requires the derivative, and no fit. Where `|u|` is small the data cannot detect the effect, and a plausible size
+//! of it biases the parameters. One run has all derivatives. It is one of the full model where the search cost at least
+//! [`COST_OF_DERIVATIVES`] simulations or on request, else one of a coarse model. A corrected p-value on the coarse
+//! model below [`SUSPICIOUS`] requires a run of the full model after all.
+//!
+//! P-values are those of the normal distribution or Student's t, one-sided for numbers that cannot be smaller. They are
+//! multiplied by the number of tested effects plus [`RESIDUAL_TESTS`] (Bonferroni). If the best is significant on the
+//! full model, all tests are repeated with residuals without discretization errors, where these can be computed. The
+//! result of `assess`, a [`ModelDiscrepancy`], has the tests of the first three ranks and the biases. It is empty after
+//! an interruption, without standard errors, where the options exclude the tests or their cost is too high, and with a
+//! warning (`Ambiguous`) where a run fails. [`warn_of_omitted_effects`] adds the warning of the best rank.
 
 use crate::code::Code;
 use crate::error::Error;
@@ -49,25 +51,25 @@ use std::cmp::Reverse;
 
 /// Steps of the coarse model in the first period. Larger: more accurate derivatives at a higher cost.
 const COARSE_STEPS: f64 = 48.0;
-/// Part of the change by an effect that the unknowns cannot follow, above which the effect is tested; below it are
-/// rounding errors.
+/// Norm of the part `u` of the change by an effect that the unknowns cannot follow, over the norm of the change, above
+/// which the effect is tested; below it are rounding errors.
 const LEAST_ORTHOGONAL: f64 = 1e-3;
-/// An effect of plausible size that changes all residuals together by less than this part of the noise has none: by
-/// symmetry, for example, with rounding errors for a derivative.
+/// An effect whose plausible size changes all residuals together (norm) by at most this part of the standard deviation
+/// of the noise has no effect, for example by symmetry: its derivative is a rounding error.
 const NO_EFFECT: f64 = 1e-3;
-/// Cost of a run with derivatives by some thirty numbers, in runs without derivatives.
+/// Cost of a run with derivatives by some thirty numbers, in simulations without derivatives.
 const COST_OF_DERIVATIVES: f64 = 6.0;
 /// Largest cost of the tests on a coarse model, over that of the search. Above it they are skipped, unless requested.
 const CHEAP: f64 = 0.3;
 /// Tests of the residuals beside the score tests: independence, distribution, noise scale. Each is corrected for its
 /// own coordinates, and counts as one among the tests of a report.
 const RESIDUAL_TESTS: f64 = 3.0;
-/// Corrected p-value below which an effect lowers the grade to that of an inadequate model.
+/// Corrected p-value below which the warning of an effect has the severity `Misfit`, that of an inadequate model.
 const CERTAIN: f64 = 1e-3;
 /// Bias of an estimate, in its standard errors, below which an omitted effect hardly matters: the 95 % interval then
 /// still contains the truth in more than 83 % of all cases.
 const SMALL_BIAS: f64 = 1.0;
-/// Corrected p-value above which the evidence for an omitted effect is called weak.
+/// Corrected p-value from which on the evidence for an omitted effect is called weak.
 const STRONG_EVIDENCE: f64 = 0.01;
 /// Corrected p-value on a coarse model below which the full model is tested.
 const SUSPICIOUS: f64 = 0.2;
@@ -90,9 +92,11 @@ pub(crate) type FinerOptimum<'a> = &'a (dyn Fn() -> Option<Optimum> + Sync);
 pub(crate) struct ScoreTestInputs<'a> {
     /// The optimum with its analysis and estimates.
     pub statistics: FitStatistics<'a>,
-    /// Residuals without discretization errors, computed where an effect is significant.
+    /// Computes the optimum with residuals without discretization errors; called where an effect is significant.
     pub finer: FinerOptimum<'a>,
+    /// Options of the fit.
     pub analysis: &'a Analysis,
+    /// Inputs with a stated uncertainty, which are no omitted effects.
     pub knowns: &'a [Known],
 }
 
@@ -138,10 +142,10 @@ pub(crate) fn warn_of_omitted_effects(tests: &[ScoreTest], warnings: &mut Warnin
 }
 
 impl ScoreTestInputs<'_> {
-    /// Score tests and undetected biases with the warnings, after a search that cost `spent` simulations. Empty after
-    /// an interruption, where the analysis excludes them, and without any standard error. Unless the analysis requests
-    /// them, they are empty too where even a coarse model is too expensive. A run that fails leaves them empty, with a
-    /// warning that lowers the grade.
+    /// Returns score tests and undetected biases, and their warnings, after a search that cost `spent` simulations.
+    /// Empty after an interruption, where the analysis excludes them, and without any standard error. Unless the
+    /// analysis requests them, they are empty too where even a coarse model is too expensive. A run that fails leaves
+    /// them empty, with a warning that lowers the grade.
     pub fn assess(self, spent: f64) -> (ModelDiscrepancy, Warnings) {
         let mut warnings = Warnings::default();
         let FitStatistics { fitted, estimates, .. } = self.statistics;
@@ -191,12 +195,12 @@ impl ScoreTestInputs<'_> {
     }
 
     /// Score tests and biases by one run of these `experiments` with derivatives: the full model or a coarse one
-    /// (`is_coarse`). If the best test is significant, all are repeated with the residuals of the finer discretization,
-    /// if there are any. P-values are multiplied by the number of tested effects plus [`RESIDUAL_TESTS`]. Effects that
-    /// the unknowns follow but for [`LEAST_ORTHOGONAL`] of their change, or below [`NO_EFFECT`] of the noise, are not
-    /// tested; their bias follows from the plausible size alone. Of the full model, up to [`MOST_RELINEARIZED`] large
-    /// effects are linearized again, by a run each. Rounding errors are not tested. Error: the run fails, or the fit is
-    /// stopped.
+    /// (`is_coarse`). If the best test is significant, all are repeated with the residuals of `finer`, if it returns
+    /// any. P-values are multiplied by the number of tested effects plus [`RESIDUAL_TESTS`]. Effects that the unknowns
+    /// follow but for [`LEAST_ORTHOGONAL`] of their change, or below [`NO_EFFECT`] of the noise, are not tested; their
+    /// bias follows from the plausible size alone. Of the full model, up to [`MOST_RELINEARIZED`] large effects are
+    /// linearized again, by a run each. If the residuals are rounding errors, there are no score tests. Error: the run
+    /// fails, or the fit is stopped.
     fn run(self, experiments: Vec<Experiment>, is_coarse: bool) -> Result<ModelDiscrepancy, Error> {
         let Self { statistics, finer, analysis, knowns } = self;
         let FitStatistics { fitted, estimates, local } = statistics;
@@ -271,10 +275,10 @@ impl ScoreTestInputs<'_> {
 }
 
 impl TestedEffect {
-    /// The score test of the effect by the weighted `residuals`, before p-values are corrected and ranked. The
+    /// The score test of the effect by the weighted `residuals`, with uncorrected p-values and without a rank. The
     /// plausible size changes them by `direction`, which is orthogonal to the Jacobian, and the unknowns on their
-    /// scales by `responses`. The explained part is `|u.r|/|u|`, 0 for an effect of the wrong sign. The second p-value
-    /// is there only if autocorrelated noise has the larger variance.
+    /// scales by `responses`. The explained part is `|u.r|/|u|`, 0 for an effect of the wrong sign.
+    /// `p_value_if_correlated` is set only if autocorrelated noise has the larger variance along the direction.
     fn scored(
         &self,
         direction: DVector<f64>,

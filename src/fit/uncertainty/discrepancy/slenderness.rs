@@ -3,15 +3,18 @@
 //!
 //! Both make a real rod softer than the model (Timoshenko). The squared frequency of a mode is lower by the [thickness
 //! effects](thickness_effects). A rod at rest deflects more by its [shear deflections](Problem::shear_deflections). A
-//! motion (or any other measurement) is taken for one in the first bending mode, which then has a Young's modulus lower
-//! by the same fraction. Input: an optimum with its local analysis and estimates. By these changes of the simulated
-//! values the parameters would move by `-(J'J)^-1 J' change`, the opposite of their bias. No simulation of the motion
-//! is needed. [`check_slenderness`] adds one note on biases above [`WORTH_A_NOTE`] standard errors (combined standard
-//! uncertainties where known). If the largest is above [`LOWERS_THE_GRADE`] it is a warning that lowers the grade. It
-//! names up to [`NAMED`] estimates, the largest bias first. If the response to the modulus of a motion is unknown, a
-//! note has the softening alone. Softenings below [`SMALLEST_SOFTENING`], those that the residuals exclude, and
-//! structures are not reported. Frequencies that are simulated with both effects have no bias; a warning states where
-//! they exceed [`LARGEST_FACTOR`].
+//! motion (or any other measurement) changes as if Young's modulus were lower by the same factor as the squared
+//! frequency of the first bending mode. Input: an optimum with its local analysis and estimates. By these changes of
+//! the simulated values the parameters would move by `-(J'J)^-1 J' change`, with the weighted Jacobian `J`; their bias
+//! is the opposite. No simulation of the motion is needed.
+//!
+//! [`check_slenderness`] adds one note on biases above [`WORTH_A_NOTE`] standard errors (combined standard
+//! uncertainties where known). If the largest is above [`LOWERS_THE_GRADE`], it is a warning that lowers the grade. It
+//! names up to [`NAMED`] estimates, the largest bias first. Where motions determine no Young's modulus and the response
+//! of the parameters to it is unknown, a note has the relative softening alone. Softenings below
+//! [`SMALLEST_SOFTENING`], those that the residuals exclude, and structures are not reported. Frequencies that are
+//! simulated with both effects (`timoshenko = true`) have no bias; a warning states where their correction exceeds
+//! [`LARGEST_FACTOR`].
 
 use crate::code::Code;
 use crate::error::Error;
@@ -38,17 +41,18 @@ use crate::vibration::{
 use std::cmp::Reverse;
 use std::f64::consts::PI;
 
-/// Bias in standard errors from which on it is reported: it then widens a 95 % interval by 1.5 %.
+/// Bias in standard errors above which it is reported: it then widens a 95 % interval by 1.5 %.
 const WORTH_A_NOTE: f64 = 0.25;
-/// Bias in standard errors from which on it lowers the grade: the 95 % interval then covers the truth in 83 % of fits.
+/// Bias in standard errors above which it lowers the grade: the 95 % interval then covers the truth in 83 % of fits.
 const LOWERS_THE_GRADE: f64 = 1.0;
 /// Relative softening below which nothing is reported, however exact the data. An error of 0.1 % of the free
 /// length, which is rarely known better, has the same effect: squared frequencies scale as its fourth power.
 const SMALLEST_SOFTENING: f64 = 4e-3;
-/// Largest mean square of the slope of mode n over that of the mode, in units of ((n + 1) pi/L)^2: 1.25 of a free rod.
+/// Largest mean square of the slope of mode n over the mean square of its displacement, in units of ((n + 1) pi/L)^2:
+/// 1.25 of a free rod.
 const LARGEST_SLOPE: f64 = 1.3;
-/// Amplitude of the effect, 1 by the theory, below which the data exclude it. The theory is more accurate: shear
-/// coefficient and Poisson's ratio change it by a fifth at most.
+/// Amplitude of the effect over that of the theory, below which the data exclude the effect. The theory is more
+/// accurate than that: shear coefficient and Poisson's ratio change it by a fifth at most.
 const EXCLUDED_AMPLITUDE: f64 = 0.5;
 /// Standard errors by which the amplitude must be below that limit.
 const CERTAIN: f64 = 3.0;
@@ -59,14 +63,15 @@ const NAMED: usize = 3;
 struct ShearFlexibility {
     /// With the shear modulus of an isotropic material.
     isotropic: f64,
-    /// With the shear modulus of the scene, if an isotropic material cannot have it (Poisson's ratio beyond -1 to 0.5).
+    /// With the shear modulus of the scene; none without one, or if an isotropic material can have it (Poisson's ratio
+    /// from -1 to 0.5).
     stated: Option<f64>,
 }
 
 impl ShearFlexibility {
-    /// The ratios for section and material in the middle of the rod. Poisson's ratio is the given one, else `E/(2 G) -
-    /// 1` of the shear modulus if it is from -1 to 0.5, else [`USUAL_RATIO`]; shear coefficients depend on it. The
-    /// ratio with the stated shear modulus is there only if that is impossible.
+    /// The ratios for section and material in the middle of the rod. Poisson's ratio is the given one, else
+    /// `E/(2 G) - 1` of a given shear modulus `G` if that is from -1 to 0.5, else [`USUAL_RATIO`]; shear coefficients
+    /// depend on it. The ratio with a given `G` is there only if `E/(2 G) - 1` is beyond that range.
     fn new(scene: &Scene) -> Self {
         let (section, material) = scene.at(0.5);
         // Isotropic materials have G = E/(2 (1 + nu)).
@@ -83,18 +88,20 @@ impl ShearFlexibility {
 
 /// Changes of the simulated values of one fit by shear deformation and rotary inertia.
 struct Softening {
-    /// Change of every residual, in units of sigma.
+    /// Change of every residual (simulated less measured value), in units of sigma.
     change: Vec<f64>,
     /// Largest relative reduction of a squared frequency, or increase of a deflection.
     largest: f64,
-    /// The same of motions whose Young's modulus is not identified: no row of the Jacobian has their change.
+    /// The same of motions whose Young's modulus is not identified: the Jacobian has no column for their change.
     without_row: f64,
-    /// Largest factor of a squared frequency by which simulated frequencies are corrected; 1 without a correction.
+    /// Largest factor by which a correction lowers the squared frequencies of `timoshenko = true`; 1 without a
+    /// correction.
     corrected: f64,
 }
 
 /// Bias of an estimate by shear deformation and rotary inertia.
 struct SlendernessBias<'a> {
+    /// The biased estimate.
     estimate: &'a Estimate,
     /// Bias in the parameter's unit.
     bias: ParameterBias,
@@ -102,12 +109,12 @@ struct SlendernessBias<'a> {
     std_errors: f64,
 }
 
-/// Adds a warning or note if the rod is too thick for the model, by the bias of the `estimates` in their standard
-/// errors. Above [`LOWERS_THE_GRADE`] the severity is `Validity`, else `Note`. The text lists up to [`NAMED`] estimates
-/// above [`WORTH_A_NOTE`], the largest bias first. Where the response to a motion's modulus is unknown, a note gives
-/// the softening alone. Nothing is added where the softening is below [`SMALLEST_SOFTENING`], the residuals exclude it,
-/// or it cannot be computed. A further warning (`Validity`) states where frequencies with `timoshenko = true` are
-/// corrected by more than [`LARGEST_FACTOR`].
+/// Adds a warning or note if shear deformation and rotary inertia, which the model leaves out, bias the `estimates` by
+/// more than [`WORTH_A_NOTE`] standard errors. Above [`LOWERS_THE_GRADE`] the severity is `Validity`, else `Note`. The
+/// text lists up to [`NAMED`] of these, the largest bias first. If there are none because motions determine no Young's
+/// modulus and the estimates have no input sensitivities, a note gives the softening alone. Nothing is added where the
+/// softening is below [`SMALLEST_SOFTENING`], the residuals exclude it, or it cannot be computed. A further warning
+/// (`Validity`) states where frequencies with `timoshenko = true` are corrected by more than [`LARGEST_FACTOR`].
 pub(crate) fn check_slenderness(
     fitted: Fitted,
     local: &LocalAnalysis,
@@ -190,12 +197,12 @@ pub(crate) fn check_slenderness(
     warnings.add(severity, Code::ThickRod, text);
 }
 
-/// Whether the residuals exclude [`EXCLUDED_AMPLITUDE`] times the change: several modes or points determine its
-/// amplitude.
+/// Whether the residuals exclude [`EXCLUDED_AMPLITUDE`] times the effect: several modes or points determine its
+/// amplitude. `response` is that of the fit to the change of the residuals by the effect.
 ///
-/// The parameters follow a part of the change. The rest `u`, weighted, has the amplitude `a = -u.r/|u|^2` in the
-/// residuals `r` with the standard error `s/|u|` for noise of the variance `s^2`. It is excluded if `a` plus
-/// [`CERTAIN`] standard errors is below that.
+/// The parameters follow a part of the change. The rest `u` (`response.residuals`), weighted, has the amplitude
+/// `a = -u.r/|u|^2` in the weighted residuals `r`, with the standard error `s/|u|` for noise of the variance `s^2`. The
+/// effect is excluded if `a` plus [`CERTAIN`] standard errors is below [`EXCLUDED_AMPLITUDE`].
 fn is_excluded(response: &LinearResponse, residuals: &[f64], noise: &ResidualNoise) -> bool {
     let (mut square, mut product) = (0.0, 0.0);
     for ((rest, residual), weight) in response.residuals.iter().zip(residuals).zip(&noise.weights) {
@@ -253,12 +260,13 @@ fn response_to_modulus(estimate: &Estimate, unknown: &Unknown, fraction: f64) ->
     own.map_or(0.0, |input| -100.0 * fraction.ln_1p() * input.change / slope)
 }
 
-/// Changes of the simulated values of all experiments by shear deformation and rotary inertia, per residual in units of
-/// sigma, and the largest relative softening. Frequencies that are simulated with these effects have no change, but the
-/// size of their correction. A motion changes along the derivative by Young's modulus; without that unknown only its
-/// softening is returned. Structures, and experiments that are thin by [`may_be_thick`], keep zeros. `ratio` selects
-/// the ratio `E/(kappa G)` of a scene; where it returns none, the isotropic one is used. None if it does so for all
-/// scenes. Error: modes or equilibrium cannot be computed.
+/// Changes of the simulated values of all experiments by shear deformation and rotary inertia, one per residual in
+/// units of sigma, and the largest relative softening. Frequencies that are simulated with these effects have no
+/// change; the largest factor of their correction is in `corrected`. A motion, or any other measurement, changes by
+/// `-ln(1 + reduction)` times the derivative by the logarithm of Young's modulus. Without that unknown only its
+/// softening is returned (`without_row`). Structures, and experiments that are thin by [`may_be_thick`], keep zeros.
+/// `ratio` selects the ratio `E/(kappa G)` of a scene; where it returns none, the isotropic one is used. `Ok(None)` if
+/// it returns none for all scenes. Error: modes or equilibrium cannot be computed.
 fn softening(
     fitted: Fitted,
     ratio: fn(&ShearFlexibility) -> Option<f64>,
@@ -342,8 +350,8 @@ fn softening(
 }
 
 /// Whether an upper bound of the relative softening of an experiment exceeds [`SMALLEST_SOFTENING`]: [`LARGEST_SLOPE`]
-/// times `((n + 1) pi i/L)^2 (1 + flexibility)`. Here `n` is the highest measured mode (at least 1), `i` the largest
-/// radius of gyration of the ends and the middle, and `L` the length.
+/// times `((n + 1) pi i/L)^2 (1 + flexibility)`. Here `flexibility` is `E/(kappa G)`, `n` the highest measured mode (at
+/// least 1), `i` the largest radius of gyration of the ends and the middle, and `L` the length.
 fn may_be_thick(experiment: &Experiment, problem: &Problem, flexibility: f64) -> bool {
     let scene = problem.scene();
     // The thickest place and the shortest wave bound the effect of all modes.
@@ -354,9 +362,9 @@ fn may_be_thick(experiment: &Experiment, problem: &Problem, flexibility: f64) ->
     LARGEST_SLOPE * (wave * radius).powi(2) * (1.0 + flexibility) > SMALLEST_SOFTENING
 }
 
-/// Relative reduction of the squared frequency of each measured mode, in their order, about the equilibrium, by shear
-/// deformation with this `flexibility` (`E/(kappa G)`) and by rotary inertia: 0 without an effect. Error: the modes
-/// cannot be computed.
+/// Relative reduction of the squared frequency `w^2` of each measured mode about the equilibrium, in their order, by
+/// shear deformation with this `flexibility` (`E/(kappa G)`) and by rotary inertia. A reduction `r` lowers `w^2` to
+/// `w^2/(1 + r)`; 0 without an effect. Error: the modes cannot be computed.
 fn reductions(
     problem: &Problem,
     frequencies: &ModeFrequencies,
@@ -368,25 +376,25 @@ fn reductions(
 }
 
 /// Relative reduction of the squared frequency of the first bending mode by rotary inertia and by shear deformation
-/// with this `flexibility` (`E/(kappa G)`). It is that about the rest shape: without loads that is proportional to
-/// Young's modulus. Error: the mode cannot be computed.
+/// with this `flexibility` (`E/(kappa G)`). As in `reductions`, `w^2` becomes `w^2/(1 + r)`. The mode is that about the
+/// rest shape, whose squared frequency is proportional to Young's modulus. Error: the mode cannot be computed.
 fn first_mode_reduction(problem: &Problem, flexibility: f64) -> Result<f64, Error> {
     let among = ModeFilter { kind: Some(ModeKind::Bending), ..ModeFilter::default() };
     let first = [ModeName::new(1, among)];
     Ok(thickness_effects(problem, &first, LinearizationPoint::Rest)?[0].factor(flexibility) - 1.0)
 }
 
-/// Displacements of the measured points of a rod at rest by its shear deformation.
+/// Displacements by shear deformation of the measured points of a rod at rest.
 struct ShearDisplacements {
-    /// Changes of the measured coordinates, m.
+    /// Changes of the measured coordinates, in the order of the points, m.
     changes: Vec<f64>,
-    /// Largest displacement by shear over the largest deflection from the rest shape.
+    /// Largest displacement of a point by shear over the largest measured deflection of a point from the rest shape.
     relative: f64,
 }
 
 /// Displacements of the measured points of a `shape` by shear with this `flexibility` (`E/(kappa G)`), in the
-/// coordinates that the camera records: one number per measured coordinate, m. Also the largest displacement over the
-/// largest deflection. Error: the equilibrium cannot be computed.
+/// coordinates that the camera records: one number per measured coordinate, m. Also returns the largest displacement
+/// over the largest measured deflection from the rest shape. Error: the equilibrium cannot be computed.
 fn shear_displacements(
     problem: &Problem,
     shape: &EquilibriumShape,

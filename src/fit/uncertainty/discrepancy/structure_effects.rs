@@ -3,13 +3,14 @@
 //!
 //! [`StructureEffect::all`] lists the effects of one experiment, each with its number, plausible size in the unit of
 //! that number, and distinguishing experiment; none for a scene of one rod. They are rotational compliances of rigid
-//! joints and of clamped supports of straight rods. Further ones are the mass of a marker at the first observed point
-//! of a rod without masses, lengths, radii and heights of the rods, and densities of their materials. Only straight
-//! rods and arcs have a marker and a length here. [`StructureEffect::added`] returns the problem with the term, or none
-//! where the structure cannot have it. Added compliances and masses are [`TRACE`] times the plausible size; all other
-//! numbers are in the scene already. A compliant support is a spring joint between the rod and a short stiff rod that
-//! the support clamps instead. `parameter` is the number of an effect, `omitted` the effect in the form of the table of
-//! omitted effects. Damping and camera have the effects of any scene. Motions out of the plane are not tested.
+//! joints and of clamped supports of straight rods, and the mass of a marker at the first observed point of a rod
+//! without masses. Further ones are errors of lengths, radii and heights of the rods, and of densities of their
+//! materials. Only straight rods and arcs have a marker and a length here.
+//!
+//! [`StructureEffect::added`] returns the problem with the term, or none where the structure cannot have it. Added
+//! compliances and masses are [`TRACE`] times the plausible size; all other numbers are in the scene already. A
+//! compliant support is a spring joint between the rod and a short stiff rod that the support clamps instead. Damping
+//! and camera have the effects of the table of omitted effects. Motions out of the plane are not tested.
 
 use crate::fit::measurement::experiment::Experiment;
 use crate::fit::uncertainty::discrepancy::omitted_effects::{
@@ -25,7 +26,7 @@ use crate::scene::{Material, Parameter, Point, PointMass, Shape, StructureScene,
 
 /// Size of an added compliance or mass over its plausible size, as scenes do not allow zero.
 const TRACE: f64 = 1e-4;
-/// Edges of the stub of a compliant support.
+/// Number of edges of the stub of a compliant support: the short rod between support and spring joint.
 const STUB_EDGES: usize = 6;
 /// Young's modulus of the stub over that of its rod: its own compliance is a thousandth of the plausible one.
 const STUB_STIFFENING: f64 = 2e3;
@@ -38,7 +39,7 @@ pub(super) struct StructureEffect {
     pub name: String,
     /// Plausible size in the unit of the number.
     pub size: f64,
-    /// Experiment that distinguishes it from the parameters.
+    /// Experiment that would distinguish the effect from the parameters.
     test: &'static str,
     /// The term that is added to the scene.
     term: Term,
@@ -46,11 +47,11 @@ pub(super) struct StructureEffect {
 
 /// A term of a structure that an effect adds.
 enum Term {
-    /// None: the number is in every scene.
+    /// No term: the number is in the scene already.
     Present,
     /// A rotational spring instead of the rigid joint of this index.
     JointSpring(usize),
-    /// A point mass at the observed point of the rod of this index.
+    /// A point mass at this point of the rod of this index.
     Marker(usize, Point),
     /// A stub between the support of this index and its rod, along this direction of the rod at the support.
     SoftSupport(usize, [f64; 3]),
@@ -60,7 +61,7 @@ enum Term {
 struct RodOfStructure {
     /// Length of a straight rod or an arc, m; none of other shapes.
     length: Option<f64>,
-    /// Thickness in the softer direction, m.
+    /// Thickness in the softer direction, m: four radii of gyration, `4 sqrt(I/A)`.
     thickness: f64,
     /// Least bending stiffness, N m^2.
     bending: f64,
@@ -69,9 +70,9 @@ struct RodOfStructure {
 }
 
 impl RodOfStructure {
-    /// The sizes of a rod: length of a straight rod or an arc, m (none for other shapes), thickness of a round section
-    /// with the same ratio of the smaller second moment to the area, m, smaller bending stiffness, N m^2, and mass per
-    /// length, kg/m. None if the scene does not have its material.
+    /// The sizes of a rod, from its section and material: length of a straight rod or an arc, m (none for other
+    /// shapes), thickness `4 sqrt(I/A)`, m, stiffness `E I`, N m^2, and mass per length `rho A`, kg/m. `I` is the
+    /// smaller second moment of area. None if the scene does not have the material of the rod.
     fn new(scene: &StructureScene, rod: &StructureRod) -> Option<Self> {
         let material = scene.material_of(rod).ok()?;
         let moments = rod.section.moments();
@@ -170,8 +171,8 @@ impl StructureEffect {
         all
     }
 
-    /// The effect with the path of its number in a problem to which other effects may have been added: the joint of a
-    /// compliant support comes after all others.
+    /// The effect with the path of its number in `problem`, to which other effects may have been added. Only the path
+    /// of a compliant support changes: its joint is appended after all joints of the problem.
     pub fn beside_others_of(self, problem: &Problem) -> Self {
         let structure = problem.scene().structure.as_ref();
         match (&self.term, structure) {
@@ -183,7 +184,7 @@ impl StructureEffect {
         }
     }
 
-    /// The number of the effect.
+    /// The number of the effect, as a parameter of a scene.
     pub fn parameter(&self) -> Parameter {
         Parameter::at(self.path)
     }
@@ -194,9 +195,9 @@ impl StructureEffect {
         OmittedEffect::of_number(self.path, self.test)
     }
 
-    /// A copy of the problem with the term of the effect added; unchanged if the number is in every scene. None for a
-    /// problem of one rod, where the structure cannot have the term, or where the model has no derivative by the
-    /// number.
+    /// A copy of the problem with the term of the effect added; an unchanged one if the number is in the scene already.
+    /// None for a problem of one rod, where the structure cannot have the term, or where the model has no derivative by
+    /// the number.
     pub fn added(&self, problem: &Problem) -> Option<Problem> {
         let mut scene = problem.scene().clone();
         let structure = scene.structure.as_mut()?;
@@ -238,9 +239,9 @@ fn joint_rotation(joint: usize) -> String {
     format!("joints.{joint}.rotation")
 }
 
-/// Replaces the clamp of the support with the index `support`, in place, by a spring joint of a `compliance`, rad/(N
-/// m), to a short stiff rod that is clamped instead. `direction` is that of the supported rod, along which the short
-/// rod lies. None, without a change, if that rod or its material is missing.
+/// Changes the structure in place: the rod at the support with the index `support` is joined by a spring of this
+/// rotational `compliance`, rad/(N m), to a short stiff rod, which the support clamps instead. The short rod continues
+/// the supported one along its `direction`. None, without a change, if that rod or its material is missing.
 fn soften_support(
     structure: &mut StructureScene,
     support: usize,

@@ -1,13 +1,13 @@
 //! Omitted effects of a fit with their plausible sizes, and the experiments with their terms added.
 //!
-//! [`ExtendedExperiments::new`] goes through the table of omitted effects, and then through those of structures. It
-//! leaves out those that are identified or known inputs in any experiment, stated in the scenes, not defined for them
-//! or excluded by an identified parameter. The terms of all others are added to copies of the experiments, each of
-//! which takes those that its scene can have. The first experiment in which an effect of the table is defined
-//! determines its plausible size, unless the options of the fit give one. Sizes of structure effects are always the
-//! usual ones. The results are these experiments, and each effect with the change of the scenes by its plausible size,
-//! in the unit of its number. An effect that no scene can have is left out; values of the optimum that a scene does not
-//! allow are an error. Score tests differentiate the residuals by these changes.
+//! [`ExtendedExperiments::new`] selects effects from the table of omitted effects, then from those of structures. It
+//! leaves out effects whose number is identified or a known input in any experiment, or that the scenes state, do not
+//! define or exclude beside such a parameter. The terms of all others are added to copies of the experiments; each
+//! takes those that its scene can have. The plausible size is that of the first experiment in which an effect of the
+//! table is defined, unless the options of the fit give one; structure effects always have the usual one. The results
+//! are these experiments, and each effect with the change of the scenes by its plausible size, in the unit of its
+//! number. An effect that no scene can have is left out. Values of the optimum that a scene does not allow are an
+//! error. Score tests differentiate the residuals by these changes.
 
 use crate::error::Error;
 use crate::fit::known::Known;
@@ -23,17 +23,19 @@ use crate::scene::Parameter;
 
 /// An omitted effect that is tested in a fit.
 pub(crate) struct TestedEffect {
+    /// The effect, with the path of its number.
     pub effect: OmittedEffect,
-    /// Name in these scenes, as text.
+    /// Name of the effect, as text, with numbers of the scenes where it has any.
     pub name: String,
     /// Plausible size in the unit of its number.
     pub plausible_size: f64,
-    /// Change of the scenes by the plausible size.
+    /// Change of the numbers of all scenes that have the effect by the plausible size.
     pub change: InputChange,
 }
 
 /// Experiments with all effects added that their scenes can have.
 pub(crate) struct ExtendedExperiments {
+    /// The experiments with the added terms, in their order.
     pub experiments: Vec<Experiment>,
     /// The effects that at least one of them has.
     pub effects: Vec<TestedEffect>,
@@ -41,10 +43,11 @@ pub(crate) struct ExtendedExperiments {
 
 impl ExtendedExperiments {
     /// Adds the effects to `experiments`, those of the fit or a coarse model of them, in the order of the table; each
-    /// takes those that its scene can have. Parameters that are identified or known inputs anywhere are no omitted
-    /// effects. The first experiment in which an effect is defined determines its plausible size, unless the analysis
-    /// gives one. Effects that are defined in no experiment, have a size that is not positive, or that no scene can
-    /// have, are left out. Error: an experiment does not allow the values of the optimum.
+    /// takes those that its scene can have. Effects whose number is identified or a known input in any experiment, or
+    /// that such a parameter excludes, are left out. The first experiment in which an effect is defined determines its
+    /// plausible size, unless the analysis gives one. Left out too are effects that are defined in no experiment, have
+    /// a size that is not positive and finite, or that no scene can have. Error: an experiment does not allow the
+    /// values of the optimum.
     pub fn new(
         fitted: Fitted,
         analysis: &Analysis,
@@ -102,8 +105,9 @@ impl ExtendedExperiments {
 }
 
 /// Adds the effects of structures to the `experiments`, in place, each to those whose structure can have it. Returns
-/// these effects with their changes by the plausible size. Effects of `stated` parameters (identified or known inputs)
-/// are left out. Always `Ok`.
+/// these effects with their changes by the plausible size of the first experiment that has them; effects of several
+/// experiments with one path are one. Effects of `stated` parameters (identified or known inputs) are left out. Always
+/// `Ok`.
 fn effects_of_structures(
     experiments: &mut [Experiment],
     stated: &[Parameter],

@@ -1,24 +1,23 @@
 //! Bias of the estimates by effects that the model omits and the data do not reveal.
 //!
-//! An effect of size `a`, in units of its plausible size, changes the residuals by `a d`, of which the parameters
-//! follow all but `a u`. Residuals `r` with the variance `v = u'Vu` along `u` give its likelihood, a normal
-//! distribution about `-u.r/|u|^2` with the standard deviation `sqrt(v)/|u|^2`. The prior is Student's t with four
-//! degrees of freedom and the scale one; effects of one sign have no negative sizes. Where the parameters follow all
-//! of the effect (`u = 0`) the posterior is the prior. The listed size is the one that the posterior exceeds, in
-//! absolute value, with a probability of 5 %. It has the sign of the most probable size.
+//! An effect of size `a`, in units of its plausible size, changes the residuals by `a d`. The parameters of the fit
+//! follow all but the part `a u`, which is orthogonal to the Jacobian. Residuals `r` with the variance `v = u'Vu` of
+//! their noise along `u` give its likelihood, a normal distribution about `-u.r/|u|^2` with the standard deviation
+//! `sqrt(v)/|u|^2`. The prior is Student's t with four degrees of freedom and the scale one; effects of one sign have
+//! no negative sizes. Where the parameters follow all of the effect (`u = 0`) the posterior is the prior. The listed
+//! size is the one that the posterior exceeds, in absolute value, with a probability of 5 %. It has the sign of the
+//! most probable size.
 //!
-//! The response of the parameters to the effect is linear, and the bias of a fit without the effect is its opposite. An
-//! effect is linearized again, by a run of the full model at its most probable size, if that is above [`SIGNIFICANT`]
-//! standard deviations and changes a parameter by more than [`LARGE`]. This holds for at most [`MOST_RELINEARIZED`]
-//! effects, and not for derivatives of a coarse model. [`undetected_biases`] returns one entry per effect and estimate
-//! with a standard error, at the listed size, the largest bias in standard errors first. Entries without a response, or
-//! with one above [`LARGEST_CHANGE`] on the scale of the parameter, are left out. [`EffectPosterior`] has likelihood,
-//! posterior and response of one effect; `relinearize` replaces them. `is_large` is the criterion above, and
-//! `largest_change` the largest change of a parameter on its scale by the listed size. [`Posterior::new`] returns most
-//! probable and listed size from a likelihood (none: the prior alone).
+//! The response of the parameters to the effect is taken as linear, and the bias of a fit without the effect is its
+//! opposite. An effect is linearized again, by a run of the full model at its most probable size, if that is above
+//! [`SIGNIFICANT`] standard deviations and changes a parameter by more than [`LARGE`]. This holds for at most
+//! [`MOST_RELINEARIZED`] effects, and not for derivatives of a coarse model. [`undetected_biases`] returns one entry
+//! per effect and estimate with a standard error, at the listed size, the largest bias in standard errors first.
+//! Entries without a response, or with one above [`LARGEST_CHANGE`] on the scale of the parameter, are left out.
+//! [`EffectPosterior`] has likelihood, posterior and response of one effect; `is_large` is the criterion above.
 //!
-//! `Likelihood` is that of the size of an effect, `EffectResponse` the response of the parameters per plausible size,
-//! and `Relinearization` has both about a size.
+//! [`Likelihood`] is that of the size of an effect, [`EffectResponse`] the response of the parameters per plausible
+//! size, and [`Relinearization`] has both from one run about another size.
 
 use crate::error::Error;
 use crate::fit::uncertainty::discrepancy::findings::UndetectedBias;
@@ -38,11 +37,11 @@ const POINTS: usize = 2000;
 const FARTHEST: f64 = 8.0;
 /// Largest size of the posterior, in plausible sizes: no linear model holds as far.
 const LARGEST_SIZE: f64 = 60.0;
-/// Distance of the most probable size from zero, in standard deviations of the likelihood, above which an effect is
+/// Distance of the most probable size from zero, in standard deviations of the likelihood, above which an effect may be
 /// linearized again.
 const SIGNIFICANT: f64 = 2.0;
-/// Change of a parameter on its scale (2 % of a positive one) above which an effect is linearized again: second-order
-/// terms then begin to matter.
+/// Change of a parameter on its scale (2 % of a positive one) by the most probable size, above which an effect may be
+/// linearized again: second-order terms then begin to matter.
 const LARGE: f64 = 0.02;
 /// Largest change of a parameter on its scale for which the linear response has a meaning: eight is a factor of 3000.
 const LARGEST_CHANGE: f64 = 8.0;
@@ -52,7 +51,9 @@ pub(crate) const MOST_RELINEARIZED: usize = 3;
 /// Normal likelihood of the size of an effect, in units of its plausible size.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Likelihood {
+    /// Most probable size by the data.
     pub estimate: f64,
+    /// Standard deviation of the size.
     pub std_error: f64,
 }
 
@@ -66,11 +67,11 @@ pub(crate) struct Posterior {
 }
 
 impl Posterior {
-    /// Most probable and listed size of an effect. The density of the size `a` is that of the prior, `(1 +
-    /// a^2/4)^(-5/2)`, times the normal one of the `likelihood` if the data determine the size. The density is summed
-    /// over [`POINTS`] equal parts of a range. The range reaches [`FARTHEST`] standard errors beyond zero and beyond
-    /// the estimate, at most [`LARGEST_SIZE`] to either side, which also holds without likelihood. Negative sizes are
-    /// excluded if it `is_one_sided`.
+    /// Most probable and listed size of an effect. The density of the size `a` is that of the prior,
+    /// `(1 + a^2/4)^(-5/2)`, times the normal one of the `likelihood` if the data determine the size. The density is
+    /// summed over [`POINTS`] equal parts of a range. The range reaches [`FARTHEST`] standard errors beyond zero and
+    /// beyond the estimate, at most to [`LARGEST_SIZE`] on either side; without a likelihood it reaches that. Negative
+    /// sizes are excluded if the effect `is_one_sided`.
     pub fn new(likelihood: Option<Likelihood>, is_one_sided: bool) -> Self {
         let most = LARGEST_SIZE;
         let [mut low, mut high] = match likelihood {
@@ -113,15 +114,15 @@ impl Posterior {
     }
 }
 
-/// Response of the parameters to an effect, on their scales and per plausible size; none for those that are not
-/// identified.
+/// Response of the parameters to an effect, on their scales and per plausible size, one entry per unknown; none for
+/// unknowns that do not respond.
 #[derive(Clone, Debug)]
 pub(crate) struct EffectResponse {
     /// Size of the effect about which it is linearized, in plausible sizes.
     pub about: f64,
-    /// Change of the optimum from that without the effect, at that size.
+    /// Change of the optimum by the effect of that size.
     pub moved: Vec<Option<f64>>,
-    /// Derivative of the optimum by the size there.
+    /// Derivative of the optimum by the size, at that size.
     pub slope: Vec<Option<f64>>,
 }
 
@@ -142,12 +143,15 @@ impl EffectResponse {
 
 /// Likelihood and response of an effect, linearized about a size of it.
 pub(crate) struct Relinearization {
+    /// Likelihood of the size of the effect.
     pub likelihood: Likelihood,
+    /// Response of the parameters about that size.
     pub response: EffectResponse,
 }
 
 /// The size of an effect by the data and its plausible size, and the response of the parameters.
 pub(crate) struct EffectPosterior<'a> {
+    /// The effect with its plausible size.
     pub tested: &'a TestedEffect,
     /// None where the parameters follow all of the effect.
     likelihood: Option<Likelihood>,
@@ -171,9 +175,9 @@ impl<'a> EffectPosterior<'a> {
         Self { tested, likelihood, posterior, response }
     }
 
-    /// Whether the data determine a large effect: its most probable size is above [`SIGNIFICANT`] standard deviations
-    /// of the likelihood, and changes a parameter by more than [`LARGE`]. Such an effect is linearized again about its
-    /// most probable size.
+    /// Whether the data determine an effect that is too large for one linearization: its most probable size is above
+    /// [`SIGNIFICANT`] standard deviations of the likelihood, and changes a parameter by more than [`LARGE`]. Such an
+    /// effect is linearized again about its most probable size.
     pub fn is_large(&self) -> bool {
         let Self { likelihood, posterior, response, .. } = self;
         let is_significant =
@@ -202,7 +206,7 @@ impl<'a> EffectPosterior<'a> {
 
 /// Biases of all estimates with a standard error by all effects at their listed sizes, one entry per pair. The largest
 /// absolute bias in standard errors comes first. A bias is the opposite of the response to the effect. Responses above
-/// [`LARGEST_CHANGE`], and pairs without a response, are left out.
+/// [`LARGEST_CHANGE`] in absolute value, biases that are not finite, and pairs without a response are left out.
 pub(crate) fn undetected_biases(
     effects: &[EffectPosterior],
     unknowns: &[Unknown],

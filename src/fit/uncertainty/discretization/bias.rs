@@ -1,21 +1,20 @@
 //! Bias of the unknowns by mesh and step: their distance to the limit of zero element and step size.
 //!
 //! [`DiscretizationBias`] has this distance for each identifiable unknown on its scale (logarithm of a positive
-//! parameter), separately for mesh and step. It also has the norm of the discretization errors of the residuals by
-//! each, over that of the residuals. Where the program chose the mesh for all experiments, the estimates are corrected
-//! by its part, and likewise for the step. [`REMAINING_FRACTION`] of the absolute corrections may remain as an error,
-//! which widens the interval; given ones have no part in either. If the program chose both, its methods also return
-//! whether discretization errors explain the residuals (above [`EXPLAINING_FRACTION`]) or are visible in them (above
-//! [`VISIBLE_FRACTION`]). `refinement` returns factors, 1 or more, on the numbers of edges and steps by which visible
-//! errors become [`INVISIBLE_FRACTION`] of the residuals; 1 if they are not visible, or explain the residuals.
-//! `is_visible` and `explains_residuals` are false if the scene gives either of them; `residual_fraction` is the larger
-//! of the two norms. `corrections` are those of an unknown for mesh and for step (0 where the scene gives it), and
-//! `correction` is their sum, both on the scale of the unknown. `corrected` is an unknown with its correction,
-//! `remaining` the error that may remain, and `corrections_along` the corrections of a sum of unknowns with factors.
+//! parameter), separately for mesh and step; `limit` computes it. It also has the norm of the discretization errors of
+//! the residuals by each, over the norm of the residuals. Where the program chose the mesh for all experiments, the
+//! estimates are corrected by the distance for the mesh, and likewise for the step. [`REMAINING_FRACTION`] of the
+//! absolute corrections may remain as an error, which widens the interval. A mesh or step that a scene gives has no
+//! part in correction and remaining error.
+//!
+//! If the program chose both, its methods also return whether discretization errors are visible in the residuals (above
+//! [`VISIBLE_FRACTION`] of them) or explain them (above [`EXPLAINING_FRACTION`]); else both are false. `refinement`
+//! returns factors, 1 or more, on the numbers of edges and steps by which visible errors become [`INVISIBLE_FRACTION`]
+//! of the residuals.
 
 use crate::fit::unknown::Unknown;
 
-/// Part of a correction by which the corrected value may still be off: at an order of 1.5 instead of 2 the error is 1.5
+/// Error that may remain after a correction, over the correction: at an order of 1.5 instead of 2 the error is 1.5
 /// times the correction, at an order of 3 half of it.
 pub(crate) const REMAINING_FRACTION: f64 = 0.5;
 /// Part of the residuals by discretization errors above which these explain the residuals.
@@ -30,10 +29,10 @@ const INVISIBLE_FRACTION: f64 = 0.03;
 /// Bias of all unknowns by the mesh, or by the step.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct BiasPart {
-    /// Difference of every identifiable unknown, on its scale, to the limit; empty where no experiment has another mesh
-    /// or step to compare with.
+    /// Limit of zero size less the optimum, for every unknown on its scale; none if it is not identifiable. Empty where
+    /// no experiment has another mesh or step to compare with.
     pub shifts: Vec<Option<f64>>,
-    /// Whether the program chose the mesh, or the step, for all experiments. The estimates are then corrected.
+    /// Whether the program chose the mesh, or the step, for all experiments, so that the estimates are corrected.
     pub is_chosen: bool,
     /// Norm of the discretization errors of the residuals over that of the residuals.
     pub residual_fraction: f64,
@@ -42,13 +41,15 @@ pub(crate) struct BiasPart {
 /// Bias of all unknowns by mesh and by step.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct DiscretizationBias {
+    /// Bias by the element size.
     pub mesh: BiasPart,
+    /// Bias by the time step.
     pub step: BiasPart,
 }
 
 impl BiasPart {
-    /// Difference of unknown `i`, on its scale (logarithm of a positive parameter), from the optimum to the limit of
-    /// zero size. None where it is not identifiable, or without another mesh or step to compare with.
+    /// Limit of zero element or step size less the optimum, for unknown `i` on its scale (logarithm of a positive
+    /// parameter). None where it is not identifiable, or without another mesh or step to compare with.
     pub fn shift(&self, i: usize) -> Option<f64> {
         self.shifts.get(i).copied().flatten()
     }
@@ -61,7 +62,7 @@ impl BiasPart {
 }
 
 impl DiscretizationBias {
-    /// The bias by mesh and the one by step.
+    /// The bias by the mesh and that by the step, in this order.
     pub fn parts(&self) -> [&BiasPart; 2] {
         [&self.mesh, &self.step]
     }
@@ -72,8 +73,8 @@ impl DiscretizationBias {
         self.parts().map(|part| part.correction(i))
     }
 
-    /// Corrections, for mesh and for step, of the sum of the unknowns times these `factors`, one per unknown, on their
-    /// scales (logarithms of positive parameters).
+    /// Corrections, for mesh and for step, of the linear function `sum factor x` of the unknowns `x` on their scales
+    /// (logarithms of positive parameters), with one of the `factors` per unknown.
     pub fn corrections_along(&self, factors: &[f64]) -> [f64; 2] {
         let own = |part: &BiasPart| -> f64 {
             factors.iter().enumerate().map(|(i, factor)| factor * part.correction(i)).sum()
@@ -105,21 +106,22 @@ impl DiscretizationBias {
         remaining_error(self.corrections(i))
     }
 
-    /// Norm of the discretization errors of the residuals over that of the residuals. Errors of mesh and step may
-    /// cancel: the larger of the two is their size.
+    /// Norm of the discretization errors of the residuals over the norm of the residuals: the larger of those by mesh
+    /// and by step, as a sum of the two may cancel.
     pub fn residual_fraction(&self) -> f64 {
         self.mesh.residual_fraction.max(self.step.residual_fraction)
     }
 
-    /// Whether mesh and step are both chosen by the program and cause more than [`VISIBLE_FRACTION`] of the residuals.
+    /// Whether the program chose both mesh and step for all experiments, and `residual_fraction` is above
+    /// [`VISIBLE_FRACTION`].
     pub fn is_visible(&self) -> bool {
         self.is_corrected() && self.residual_fraction() > VISIBLE_FRACTION
     }
 
     /// Factors, 1 or more, on the numbers of edges and of steps, so that their errors are only [`INVISIBLE_FRACTION`]
     /// of the residuals: `sqrt(f/INVISIBLE_FRACTION)` for the part `f` of the residuals that each causes (second
-    /// order). Both are 1 unless both are chosen by the program and visible. Both are 1 too if they explain the
-    /// residuals: exact data have no noise to compare with.
+    /// order). Both are 1 unless `is_visible`. Both are 1 too if discretization errors explain the residuals: exact
+    /// data have no noise to compare with.
     pub fn refinement(&self) -> [f64; 2] {
         let is_comparable = self.is_visible() && !self.explains_residuals();
         // Of second order.
@@ -128,8 +130,8 @@ impl DiscretizationBias {
         self.parts().map(|part| if is_comparable { factor(part) } else { 1.0 })
     }
 
-    /// Whether mesh and step are both chosen by the program and cause more than [`EXPLAINING_FRACTION`] of the
-    /// residuals.
+    /// Whether the program chose both mesh and step for all experiments, and `residual_fraction` is above
+    /// [`EXPLAINING_FRACTION`].
     pub fn explains_residuals(&self) -> bool {
         self.is_corrected() && self.residual_fraction() > EXPLAINING_FRACTION
     }

@@ -2,12 +2,13 @@
 //!
 //! [`discretization_errors`] converts the bias of the unknowns by mesh and step to one [`DiscretizationError`] per
 //! estimate, as fractions of its value (differences of logarithms of positive parameters). It is none where the
-//! estimate is not identifiable, or no other mesh or step was compared. For a mesh and step that the scene gives the
-//! error is the whole bias. Where the program chose them it is the part that may remain after the correction
-//! ([`REMAINING_FRACTION`]), with the signed correction. An error by given ones above [`LARGE_ERROR`] half-widths of
-//! the 95 % interval is a warning (`Numerics`). So is one above [`EXPLAINING_FRACTION`] of residuals that are no
-//! noise, if any mesh or step is given; all these warnings then have the severity `Mesh`. The report of a fit lists
-//! the errors.
+//! estimate is not identifiable, or no other mesh or step was compared. For a mesh or step that the program chose for
+//! all experiments the error is the part that may remain after the correction ([`REMAINING_FRACTION`]), and the signed
+//! correction is given too. For others it is the whole bias. The report of a fit lists the errors.
+//!
+//! Errors by mesh and step that are not chosen, together above [`LARGE_ERROR`] half-widths of the 95 % interval, are a
+//! warning (`Numerics`). If discretization errors are more than [`EXPLAINING_FRACTION`] of residuals that are no noise,
+//! and any mesh or step is given, there is one more warning; all of them then have the severity `Mesh`.
 
 use crate::code::Code;
 use crate::fit::measurement::experiment::Experiment;
@@ -50,11 +51,12 @@ pub struct DiscretizationError {
 }
 
 /// Discretization errors of the `estimates`, one each in their order, by the `bias` of their unknowns, as fractions of
-/// the corrected values (for positive parameters differences of logarithms). For a mesh or step that the scene gives
-/// they are all of the bias; for chosen ones [`REMAINING_FRACTION`] of it. Errors by given ones above [`LARGE_ERROR`]
-/// half-widths of the interval add a warning each. If any mesh or step is given, more than [`EXPLAINING_FRACTION`] of
-/// the residuals are discretization errors and the `warnings` have a misfit, one more is added. All then have the
-/// severity `Mesh` instead of `Numerics`. `noise` has the degrees of freedom of the intervals.
+/// the corrected values (for positive parameters differences of logarithms). For a mesh or step that the program chose
+/// for all experiments they are [`REMAINING_FRACTION`] of the bias, else all of it. An estimate whose errors of the
+/// latter kind are together above [`LARGE_ERROR`] half-widths of the 95 % interval adds a warning. If any mesh or step
+/// is given, more than [`EXPLAINING_FRACTION`] of the residuals are discretization errors and the `warnings` have a
+/// misfit, one more is added. All then have the severity `Mesh` instead of `Numerics`. `noise` has the degrees of
+/// freedom of the half-width.
 pub(crate) fn discretization_errors(
     estimates: &[Estimate],
     Fitted { search, optimum }: Fitted,
@@ -124,8 +126,9 @@ pub(crate) fn discretization_errors(
     errors
 }
 
-/// The action, as text, against discretization errors of a given mesh and step: leave both out. If any rod is a
-/// polyline, whose mesh cannot be chosen, leave out the step only. If any scene is a structure, refine both.
+/// The action, as text, against discretization errors of a given mesh and step. If any scene is a structure, it is to
+/// refine both. Else, if any rod is a polyline, whose mesh cannot be chosen, it is to leave out the step. Otherwise it
+/// is to leave out both.
 fn remedy(experiments: &[Experiment]) -> &'static str {
     let is_line = |e: &Experiment| matches!(e.problem.scene().rod.shape, Shape::Polyline { .. });
     let is_structure = |e: &Experiment| e.problem.scene().structure.is_some();

@@ -1,20 +1,21 @@
 //! Distance of the estimates to the limit of zero element and step size, from runs on another mesh and with another
 //! step.
 //!
-//! Input: an optimum with its local analysis, and the options of the fit. Mesh and step are changed alone, so that
-//! their errors never cancel, and the change of the unknowns (linear response, or a refit on request) is extrapolated
-//! to zero size. That is with the order of the method for structures and for a mesh or step that the program
-//! [chose](crate::fit::resolution); those that the scene of a rod gives are taken for first order. Of a method of
-//! second order this yields 2.5 to 3 times the error from coarser sizes, and 1.5 to 1.8 times from finer ones. Sizes
-//! are coarser by the first of [`COARSER`], or [`COARSER_CHOSEN`] for chosen ones, that resolves the motion. Where none
-//! does, or the run fails, and for refits and explicit steps, they are finer by [`FINER`]. The mesh of a rod with
-//! recorded ends is twice as fine instead.
+//! Input: an optimum with its local analysis, and the options of the fit. A run on another mesh, and one with another
+//! step, change one of the two alone, so that their errors never cancel. The change of the residuals, and that of the
+//! unknowns (linear response, or a refit on request), is extrapolated to zero size (Richardson). The order is that of
+//! the method for structures and for a mesh or step that the program [chose](crate::fit::resolution), and the first for
+//! those that the scene of a rod gives. Of a method of second order, the first order yields 2.5 to 3 times the error
+//! from coarser sizes, and 1.5 to 1.8 times from finer ones. Sizes are coarser by the first of [`COARSER`], or
+//! [`COARSER_CHOSEN`] for chosen ones, that resolves the motion. Where none does, or the run fails, and for refits and
+//! explicit steps, they are finer by [`FINER`]. The mesh of a rod with recorded ends is twice as fine instead.
 //!
-//! [`estimate_bias`] returns one [`DiscretizationBias`]: the distances of all unknowns, on their scales, for the mesh
-//! and for the step, and the parts of the residuals that each causes. The estimates are corrected later, where the
-//! program chose mesh or step for all experiments. The result is none without convergence, if neither requested nor
-//! chosen, for residuals of rounding errors, and with a warning where a run fails; a stop is an error. The step has
-//! none without a motion, or where beta is identified.
+//! [`estimate_bias`] returns one [`DiscretizationBias`]: the limit less the optimum for all unknowns, on their scales,
+//! by mesh and by step, and the discretization errors of the residuals by each over the residuals. The estimates are
+//! corrected later, where the program chose mesh or step for all experiments. The result is none without convergence,
+//! if the bias is not requested and the program chose neither, for residuals of rounding errors, and with a warning
+//! where a run fails; a stop is an error. Experiments without a motion, or with beta (numerical damping) as an unknown,
+//! have no bias by the step.
 
 use crate::accuracy::{Extrapolation, smooth_mesh_order, step_order};
 use crate::code::Code;
@@ -30,13 +31,14 @@ use crate::fit::uncertainty::warning_list::{Severity, Warnings};
 use crate::fit::unknown::Unknown;
 use crate::scene::Parameter;
 
-/// Ratios of coarser element or step sizes, in the order of the trials, of numerics that the scene gives. The runs
-/// for mesh and step together cost one simulation at twice the sizes, and 1.3 at 1.5 times. With the same coverage
-/// finer sizes cost 2.5 by a quarter and 4 by half (`cargo run --release --example discretization_error -- 400`).
+/// Ratios of coarser to own element or step sizes, in the order of the trials, where the scene gives the mesh or the
+/// step. The runs for mesh and step together cost one simulation at twice the sizes, and 1.3 at 1.5 times. With the
+/// same coverage finer sizes cost 2.5 by a quarter and 4 by half
+/// (`cargo run --release --example discretization_error -- 400`).
 const COARSER: [f64; 2] = [2.0, 1.5];
-/// The same of numerics that the program chose: their changes are extrapolated with the order of the method.
+/// The same where the program chose the mesh or the step: changes are extrapolated with the order of the method.
 const COARSER_CHOSEN: [f64; 1] = [1.5];
-/// Ratio of finer element or step sizes, where no coarser ones resolve the motion.
+/// Ratio of own to finer element or step sizes, where no coarser ones resolve the motion.
 const FINER: f64 = 1.25;
 /// Fewest edges of a coarser model. Below it, a mesh is refined instead of coarsened.
 const FEWEST_EDGES: f64 = 16.0;
@@ -53,20 +55,23 @@ const STRUCTURE_ORDER: f64 = 2.0;
 
 /// An experiment with another mesh or step, and its extrapolation.
 struct OtherNumerics {
+    /// The experiment on the other mesh, or with the other step.
     experiment: Experiment,
-    /// Discretization error of the original experiment over its difference to this one, by the order of the method.
+    /// Limit of zero size less the result of the original experiment, over the result of this one less that of the
+    /// original.
     error_ratio: f64,
 }
 
-/// Creates other numerics of an experiment: coarser ones if that is allowed and they resolve the motion; none where the
-/// experiment does not depend on them.
+/// Creates other numerics of an experiment: coarser ones if the argument allows these and they resolve the motion, else
+/// finer ones. None where the experiment does not depend on mesh or step, or cannot be compared.
 type Variation = fn(&Search, &Experiment, bool) -> Result<Option<OtherNumerics>, Error>;
 
-/// Difference of the optimum to the limit of zero element or step size.
+/// Limit of zero element or step size less the optimum.
 struct LimitDifference {
-    /// Of the unknowns on their scales, where they are identifiable.
+    /// Difference of each unknown on its scale; none if it does not respond to changes of the residuals.
     shifts: Vec<Option<f64>>,
-    /// Norm of that of the residuals, in units of the noise, once the unknowns have followed.
+    /// Norm of the difference of the residuals, in units of sigma and with growth weights, after the response of the
+    /// unknowns.
     residual_norm: f64,
     /// Work of the runs, steps times segments.
     work: f64,
@@ -78,11 +83,12 @@ fn coarser_ratios(is_chosen: bool) -> &'static [f64] {
     if is_chosen { &COARSER_CHOSEN } else { &COARSER }
 }
 
-/// An experiment on another mesh; never none. With recorded ends (`supports.path`) it has twice as many edges, so that
-/// markers stay at nodes. Otherwise, if `coarser`, it has fewer edges by the first of [`coarser_ratios`] that leaves
-/// [`FEWEST_EDGES`], and [`FEWEST_PER_MODE`] for each mode up to the highest measured one. If none does, it has more by
-/// [`FINER`]. The extrapolation is of the order of the method for a chosen mesh, of second order for a structure, and
-/// of first order for a given mesh of a rod. Error: a scene that does not allow the mesh.
+/// The experiment on another mesh, with the factor of the extrapolation; never none. With recorded ends
+/// (`supports.path`) it has twice as many edges, so that markers stay at nodes. Otherwise, if `coarser`, it has fewer
+/// edges by the first of [`coarser_ratios`] that leaves [`FEWEST_EDGES`], and [`FEWEST_PER_MODE`] for each mode up to
+/// the highest measured one. If none does, or not `coarser`, it has more by [`FINER`]. The extrapolation is of the
+/// order of the method for a chosen mesh, of second order for a structure, and of first order for a given mesh of a
+/// rod. Error: a scene that does not allow the mesh.
 fn on_other_mesh(
     _: &Search,
     experiment: &Experiment,
@@ -111,9 +117,10 @@ fn on_other_mesh(
     Ok(Some(OtherNumerics { experiment: experiment.with_problem(other), error_ratio }))
 }
 
-/// An experiment with a larger step by the first of [`coarser_ratios`] that is allowed, if `coarser` and the scheme is
-/// implicit. The step must resolve twice the shortest rise time of the records in [`FEWEST_STEPS`] steps (chosen steps:
-/// [`FEWEST_CHOSEN_STEPS`]), and be a good one for moved supports. Otherwise the step is smaller by [`FINER`]. The
+/// The experiment with another step, and the factor of the extrapolation. If `coarser` and the scheme is implicit, the
+/// step is larger by the first of [`coarser_ratios`] that resolves the motion. Twice the shortest rise time of the
+/// records must have at least [`FEWEST_STEPS`] steps (chosen steps: [`FEWEST_CHOSEN_STEPS`]), and the step must not
+/// exceed `largest_good_step` of the scene, for moved supports. Otherwise the step is smaller by [`FINER`]. The
 /// extrapolation is of the order of the scheme for a chosen step and for structures, and of first order for a given
 /// step of a rod. None without a motion, or where beta is identified: its damping depends on the step. Error: a scene
 /// that does not allow the step.
@@ -150,18 +157,19 @@ fn with_other_step(
     Ok(Some(OtherNumerics { experiment: experiment.with_problem(other), error_ratio }))
 }
 
-/// Euclidean norm of `residuals`, each times its growth weight. That is below 1 where the derivatives by the parameters
-/// grow exponentially, as in chaotic motions.
+/// Euclidean norm of `residuals`, each times its growth weight in the search. The weight is below 1 where the
+/// derivatives by the parameters grow exponentially, as in chaotic motions.
 fn weighted_norm(search: &Search, residuals: &[f64]) -> f64 {
     let weighted = residuals.iter().enumerate().map(|(k, r)| r * search.growth_weight(k));
     weighted.map(|x| x * x).sum::<f64>().sqrt()
 }
 
-/// Difference of an optimum to its limit of zero element or step size. `variation` creates another mesh or step of each
+/// Estimates the limit of zero element or step size less the optimum. `variation` creates another mesh or step of each
 /// experiment, coarser if `coarser`; experiments without any stay. One run of all at the optimum yields the change of
-/// the residuals. It is multiplied by the ratio of its experiment (0 for priors), and the linear response yields that
-/// of the unknowns. If the `method` is [`Refinement::Refitted`], a refit yields both, multiplied by the largest ratio.
-/// None where no experiment has another mesh or step. Error: a simulation or the refit fails.
+/// the residuals. It is multiplied by the `error_ratio` of its experiment (0 for priors and unchanged experiments), and
+/// the linear response to it yields the change of the unknowns. If the `method` is [`Refinement::Refitted`], a refit
+/// yields both changes, multiplied by the largest ratio. None where no experiment has another mesh or step. Error: a
+/// simulation or the refit fails.
 fn limit_difference(
     Fitted { search, optimum }: Fitted,
     local: &LocalAnalysis,
@@ -213,9 +221,9 @@ fn limit_difference(
     Ok(Some(LimitDifference { shifts, residual_norm, work: other.work.total() }))
 }
 
-/// Bias of an optimum by mesh and step. None where it is not requested and the program chose neither, without
-/// convergence, or where the residuals are rounding errors although there are more values than unknowns. A run that
-/// fails adds a warning, and the result is none. Error: the fit is stopped.
+/// Bias of an optimum by mesh and step. None where `analysis` does not request it and the program chose neither mesh
+/// nor step, and without convergence. None also where the residuals are rounding errors, unless there are as many
+/// values as unknowns. A run that fails adds a warning, and the result is none. Error: the fit is stopped.
 pub(crate) fn estimate_bias(
     fitted: Fitted,
     local: &LocalAnalysis,
@@ -241,11 +249,12 @@ pub(crate) fn estimate_bias(
     }
 }
 
-/// Bias of an optimum by mesh and step, each changed alone, in parallel. They are coarser, or finer if that fails;
-/// refits are always with finer ones. The part of the residuals that each causes is a ratio of norms with the growth
-/// weights. A part counts as chosen if the program chose it for all experiments. A mesh or step that the program chose
-/// is also computed, linearly, if the `method` is [`Refinement::None`]. Otherwise that yields none, as does an optimum
-/// without convergence. The work is added to that of the search. Error: a run fails, or the fit is stopped.
+/// Bias of an optimum by mesh and step, each changed alone, in parallel. They are coarser, or finer if that run fails;
+/// refits always use finer ones. `residual_fraction` of each part is the ratio of the norms, with growth weights, of
+/// its discretization errors of the residuals and of the residuals. A part counts as chosen if the program chose it for
+/// all experiments; the step of one without a motion does not matter. With the `method` [`Refinement::None`] the bias
+/// is computed, linearly, only if the program chose a mesh or step of any experiment; otherwise the result is none. It
+/// is none too without convergence. The work is added to that of the search. Error: a run fails, or the fit is stopped.
 fn bias(
     fitted: Fitted,
     local: &LocalAnalysis,

@@ -1,12 +1,12 @@
 //! Residuals of an optimum on a mesh and with a step that are much finer than the parameters need.
 //!
-//! A mesh and step that the program chose are as fine as the parameters require, which follow large and slow motion.
-//! Small fast vibrations may be out of phase at the end of a record: residuals that are no fault of the model. So
+//! A mesh and step that the program chose are as fine as the estimates require, which depend on large and slow motion.
+//! Small fast vibrations may be out of phase at the end of a record: residuals that are no error of the model. So
 //! before residuals lower a grade, the model runs once more, at the corrected estimates, with element and step size
-//! divided by [`REFINEMENT`]. The unknowns follow the change linearly, and the change is extrapolated to zero element
-//! and step size, as of second order. [`RefinedResiduals::residuals`] returns the residuals in this limit, in units of
-//! sigma, for the tests of a fit. It returns none if neither mesh nor step was chosen for all experiments, for
-//! undetectable errors ([`DETECTABLE`]), and where the run is too expensive ([`MOST_WORK`]) or fails.
+//! divided by [`REFINEMENT`]. The change of the residuals, after the linear response of the unknowns, is extrapolated
+//! to zero element and step size, as of second order. [`RefinedResiduals::residuals`] returns the residuals in this
+//! limit, in units of sigma, for the tests of a fit. It returns none if neither mesh nor step was chosen for all
+//! experiments, for undetectable errors ([`DETECTABLE`]), and where the run is too expensive ([`MOST_WORK`]) or fails.
 
 use crate::accuracy::Extrapolation;
 use crate::error::Error;
@@ -24,19 +24,22 @@ const REFINEMENT: usize = 2;
 const TO_LIMIT: Extrapolation = Extrapolation { ratio: REFINEMENT as f64, order: 2.0 };
 /// Most work of the run, steps times edges: about ten seconds.
 const MOST_WORK: f64 = 4e7;
-/// Norm of the discretization errors of all residuals, in standard deviations of the noise, from which on a test may
+/// Norm of the discretization errors of all residuals, in standard deviations of the noise, above which a test may
 /// detect them.
 const DETECTABLE: f64 = 2.0;
 
 /// Residuals on finer numerics, computed on demand and once.
 pub(crate) struct RefinedResiduals<'a> {
+    /// The search with its optimum.
     fitted: Fitted<'a>,
+    /// Bias of the unknowns by mesh and step, with which the estimates are corrected.
     bias: &'a DiscretizationBias,
     /// Covariance at the optimum, for the linear response of the unknowns.
     covariance: Covariance,
     /// Weights of the residuals.
     weights: Vec<f64>,
-    /// Change of the residuals, once it is computed; none inside where it is not available.
+    /// Change of the residuals to the limit; empty before the first call, `None` inside where the run was omitted or
+    /// failed.
     change: OnceLock<Option<Vec<f64>>>,
 }
 
@@ -49,9 +52,9 @@ impl<'a> RefinedResiduals<'a> {
     }
 
     /// Residuals in the limit of zero element and step size, in units of sigma, without the weights of robust losses.
-    /// The run is made at the first call only. None where the scene gives mesh and step, or the run is too large or
-    /// fails. None also where the discretization errors are undetectable: the residual fraction of the bias times the
-    /// root of the number of residuals is at most [`DETECTABLE`].
+    /// The run is made at the first call only. None unless the program chose the mesh or the step for all experiments,
+    /// and where the run is too large or fails. None also where the discretization errors are undetectable: the
+    /// residual fraction of the bias times the root of the number of residuals is at most [`DETECTABLE`].
     pub fn residuals(&self) -> Option<Vec<f64>> {
         let residuals = &self.fitted.optimum.residuals;
         let norm = self.bias.residual_fraction() * (residuals.len() as f64).sqrt();

@@ -1,19 +1,21 @@
 //! Adequacy of the model: residuals against a noise scale that does not depend on the model.
 //!
-//! Without a stated sigma the residuals alone cannot separate noise from misfit. Differences of the samples can: a
-//! missing effect leaves motion of the rod's own frequencies, which they suppress. For white noise the variance `r` of
-//! the residuals and the variance `s` from differences have the same expectation. They share their samples: with `nu`
-//! degrees of freedom of `s` and `n` of `r`, `s/r` has the relative variance `2/nu - 2/n`. The ratio is compared with
-//! chi-squared over its `1/(1/nu - 1/n)` degrees of freedom (after von Neumann 1941).
+//! Without a stated sigma the residuals alone cannot separate noise from misfit. Differences of neighboring samples
+//! can: a missing effect leaves motion of the frequencies of the rod in the residuals, which differences suppress. For
+//! white noise the variance `r` of the residuals and the variance `s` from differences have the same expectation. They
+//! share their samples: with `nu` degrees of freedom of `s` and `n` of `r`, `s/r` has the relative variance
+//! `2/nu - 2/n`. The ratio is compared with chi-squared over its `1/(1/nu - 1/n)` degrees of freedom (after von Neumann
+//! 1941).
 //!
 //! [`Adequacy::new`] makes one [`CoordinateNoise`] per coordinate of motions, and of shapes with neither a stated sigma
-//! nor unknown arc lengths; none where the residuals are rounding errors. Residuals exceed the scale at a p-value below
-//! [`FALSE_ALARM`] over the number of coordinates (`is_exceeded`): autocorrelated noise or a missing effect.
-//! `variance_along` returns the variance of the noise along a direction of the weighted residuals for score tests.
-//! Coordinates with doubtful residuals (correlated, p-value below [`DOUBTFUL`], or a wrong sigma) have white noise of
-//! the scale there, or without a scale of the root mean square residual. Not so if sigma is stated rightly or there are
-//! outliers. Warnings, grade and score tests use the results. `is_explained` returns whether the residuals of a
-//! measurement are white noise of the scale. [`is_sigma_doubtful`] compares a stated sigma with the scatter.
+//! nor unknown arc lengths; none where the residuals are rounding errors. The residuals of a coordinate exceed its
+//! scale at a p-value below [`FALSE_ALARM`] over the number of coordinates (`is_exceeded`): autocorrelated noise or a
+//! missing effect.
+//!
+//! `variance_along` returns the variance of the noise along a direction of the weighted residuals, for score tests. It
+//! takes white noise of the scale (without a scale: of the root mean square residual) for coordinates with doubtful
+//! residuals: correlated, with a p-value below [`DOUBTFUL`], or with a wrong sigma. It does not where sigma is stated
+//! and agrees with the scale, or where there are outliers. Warnings, grade and score tests use the results.
 
 use crate::fit::search::fitted::{Fitted, MeasuredResiduals};
 use crate::fit::uncertainty::noise::autocorrelation::NoiseModel;
@@ -23,8 +25,8 @@ use crate::fit::uncertainty::noise::residual_noise::ResidualNoise;
 /// Probability that noise alone makes the residuals of any coordinate of a right model exceed its noise scale. Larger:
 /// smaller missing effects are found, with more false alarms.
 const FALSE_ALARM: f64 = 0.003;
-/// Ratio of a stated sigma and the scatter of the data, either way, from which on the sigma is reported as doubtful.
-/// The scale of 20 differences has a relative error of a third, so that a ratio of three is significant.
+/// Ratio of a stated sigma and the scatter of the data, either way, above which the sigma is reported as doubtful. The
+/// scale of 20 differences has a relative error of a third, so that a ratio of three is significant.
 const WRONG_SIGMA: f64 = 2.5;
 /// Uncorrected probability below which score tests use the noise scale of a coordinate instead of its residuals.
 const DOUBTFUL: f64 = 0.05;
@@ -37,11 +39,11 @@ pub(crate) struct CoordinateNoise {
     pub measurement: usize,
     /// Rows of the values among all residuals.
     rows: Vec<usize>,
-    /// Standard deviation by which the residuals are divided, in the unit of the measurement.
+    /// Standard deviation by which the residuals of the fit are divided, in the unit of the measurement.
     nominal: f64,
     /// The stated sigma of the measurement, in its unit.
     pub stated_sigma: Option<f64>,
-    /// Correlation of neighboring residuals; 0 where it is not significant.
+    /// AR(1) correlation of neighboring residuals; 0 where it is not significant.
     pub correlation: f64,
     /// Whether that correlation is the largest that the estimate can have.
     pub is_at_cap: bool,
@@ -52,6 +54,7 @@ pub(crate) struct CoordinateNoise {
 /// Noise of all coordinates of all recorded motions, and of shapes with neither a stated sigma nor unknown arc lengths,
 /// as evidence on the adequacy of the model.
 pub(crate) struct Adequacy {
+    /// The coordinates in the order of the measurements; empty where all residuals are rounding errors.
     pub coordinates: Vec<CoordinateNoise>,
 }
 
@@ -59,7 +62,7 @@ pub(crate) struct Adequacy {
 pub(crate) struct VarianceAlong {
     /// `d'Vd` for the direction `d` and the covariance `V` of the noise, in squared units of the residuals.
     pub variance: f64,
-    /// None where the variance is known.
+    /// Degrees of freedom of the variance; none where it is known.
     pub degrees_of_freedom: Option<f64>,
 }
 
@@ -78,7 +81,7 @@ impl CoordinateNoise {
     }
 
     /// Whether the residuals are white noise of the noise scale: neither an excess nor a significant correlation. False
-    /// without a scale. `coordinates` is the number of all tests, by which the level of the excess is divided.
+    /// without a scale. `coordinates` is the number of all coordinates, as in `is_exceeded`.
     pub fn is_explained(&self, coordinates: usize) -> bool {
         self.scale.p_value.is_some() && !self.is_exceeded(coordinates) && self.correlation == 0.0
     }
@@ -150,9 +153,9 @@ impl Adequacy {
     ///
     /// The residuals of a coordinate are doubtful if they correlate, exceed the noise scale, or contradict a stated
     /// sigma. Its noise is then white, with the noise scale as standard deviation, or without a scale with the RMS of
-    /// its residuals. Outliers and stated sigmas that agree with the samples exclude this. All other rows have the
-    /// noise of the residuals with its autocorrelation. The degrees of freedom are those of Welch and Satterthwaite;
-    /// none where the variance is known.
+    /// its residuals. This does not apply to coordinates with outliers, or with a stated sigma that agrees with the
+    /// scale. All other rows have the noise of the residuals with its autocorrelation. The degrees of freedom are those
+    /// of Welch and Satterthwaite; none where the variance is known.
     pub fn variance_along(
         &self,
         direction: &[f64],

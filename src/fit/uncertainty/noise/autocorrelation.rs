@@ -1,26 +1,28 @@
 //! Covariance of the estimates under noise that is not white: autocorrelated noise, and coordinates with a variance
 //! of their own.
 //!
-//! Input: an optimum, the rows of its Jacobian in units of the noise, and the common variance. The result is a
-//! [`NoiseModel`]. The estimate stays that of least squares, whose errors then have the covariance
+//! Input: an optimum, the rows of its weighted Jacobian `J` in units of sigma, and the common variance `v` of the
+//! noise. The result is a [`NoiseModel`]. The estimate stays that of least squares, whose errors then have the
+//! covariance
 //!
 //! ```text
 //! (J'J)^-1 J'VJ (J'J)^-1,    V = v R in each coordinate of each measurement
 //! ```
 //!
-//! with an [AR(1) correlation](crate::fit::misfit::ar1::Ar1Correlation) `R`. Significant correlations, and variances
-//! of such series or of unequal coordinates, are estimated from the residuals by [`ROUNDS`] of moment matching;
-//! stated sigmas stay. A correlated series whose innovations are no white noise (p-value below
-//! [`COLORED_INNOVATIONS`]) is unexplained motion, and counts as uncorrelated. For motions of a few frequencies least
-//! squares is asymptotically as efficient as any weighting (Grenander 1954). Results per unknown: the inflation of
-//! the standard deviation over that for white noise (1 for white noise), and the degrees of freedom of its variance
-//! (Satterthwaite 1946; none where it is known), which determine Student's t of the intervals. The score covariance
-//! `J'VJ` over the common variance is none for white noise. Residuals of rounding errors count as white noise.
+//! with an [AR(1) correlation](crate::fit::misfit::ar1::Ar1Correlation) `R`. Significant correlations, and variances of
+//! such series or of unequal coordinates, are estimated from the residuals by [`ROUNDS`] of moment matching; stated
+//! sigmas stay. A correlated series whose innovations are no white noise (p-value below [`COLORED_INNOVATIONS`]) is
+//! unexplained motion, and counts as uncorrelated with the common variance. For motions of a few frequencies least
+//! squares is asymptotically as efficient as any weighting (Grenander 1954). Residuals of rounding errors count as
+//! white noise.
 //!
-//! `coverage_factor` and `one_sided_factor` are the quantiles for two-sided and one-sided 95 % intervals of an unknown,
-//! in standard deviations. `fewest_degrees_of_freedom` is the least of all unknowns, none where all variances are
-//! known. `variance_along` is the variance along a direction of the weighted residuals; `series_of` and `correlation`
-//! are those of one coordinate.
+//! The [`NoiseModel`] has two results per unknown. The inflation is the standard deviation over that for white noise.
+//! The degrees of freedom of its variance (Satterthwaite 1946; none where it is known) determine Student's t of the
+//! intervals. It also has the score covariance `J'VJ` over the common variance (none for white noise), for the
+//! covariance of the estimates. `variance_along` returns the variance along a direction of the weighted residuals.
+//!
+//! `coverage_factor` and `one_sided_factor` return the quantiles of two-sided and one-sided 95 % intervals of an
+//! unknown, in standard deviations.
 
 use crate::fit::misfit::residual_tests::innovation_p_value;
 use crate::fit::search::fitted::Fitted;
@@ -35,10 +37,10 @@ const COLORED_INNOVATIONS: f64 = 4e-4;
 /// Rounds of moment matching: correlations and variances depend on each other through the covariance of the unknowns.
 /// More rounds change the result less.
 const ROUNDS: usize = 8;
-/// Eigenvalues of the scaled normal matrix below this part of the largest count as zero: rounding errors.
+/// Eigenvalues of the scaled normal matrix up to this part of the largest count as zero: rounding errors.
 const ZERO_EIGENVALUE: f64 = 1e-12;
-/// Step of a correlation, over its distance from 1, for the numerical derivative of a variance. Larger: truncation
-/// error; smaller: rounding error.
+/// Step of a correlation `r`, over `1 - r`, for the numerical derivative of a variance by it. Larger: truncation error;
+/// smaller: rounding error.
 const CORRELATION_STEP: f64 = 1e-3;
 
 /// Noise of all coordinates, and its effect on every unknown.
@@ -54,11 +56,12 @@ pub(crate) struct NoiseModel {
 }
 
 impl NoiseModel {
-    /// Estimates the noise from the residuals at an optimum and the `rows` of the Jacobian in units of the noise, in
-    /// [`ROUNDS`] of moment matching. A series whose innovations have a p-value below [`COLORED_INNOVATIONS`] becomes
-    /// white, and the rounds are repeated. The inflation is the root of the ratio of the variances of an unknown with
-    /// this noise and with white noise. The list of series is empty, and the noise counts as white, where the residuals
-    /// are rounding errors or have no variance. For white noise the inflation is 1, and there is no score covariance.
+    /// Estimates the noise from the residuals at an optimum and the weighted `rows` of the Jacobian in units of sigma,
+    /// in [`ROUNDS`] of moment matching. A correlated series whose innovations have a p-value below
+    /// [`COLORED_INNOVATIONS`] becomes white with the common variance, and the rounds are repeated. The inflation is
+    /// the root of the ratio of the variances of an unknown with this noise and with white noise. The list of series is
+    /// empty, and the noise counts as white, where the residuals are rounding errors or have no variance. For white
+    /// noise the inflation is 1, and there is no score covariance.
     pub fn new(fitted: Fitted, rows: &[Vec<f64>], noise: &ResidualNoise) -> Self {
         let Fitted { search, optimum } = fitted;
         let n = search.unknowns.len();
@@ -123,8 +126,9 @@ impl NoiseModel {
         !self.series.iter().any(CoordinateSeries::has_own_noise)
     }
 
-    /// Variance `d'Vd` of the noise along a `direction` `d` of the weighted residuals, one number per row. Rows in no
-    /// series with a noise of its own have the common variance of `noise`.
+    /// Variance `d'Vd` of the noise along a `direction` `d` of the weighted residuals, one number per row. Rows in a
+    /// series with a noise of its own have its variance and AR(1) correlation; all others have the common variance of
+    /// `noise`, uncorrelated.
     pub fn variance_along(&self, direction: &[f64], noise: &ResidualNoise) -> f64 {
         let square = |values: &[f64]| values.iter().map(|x| x * x).sum::<f64>();
         let mut variance = noise.variance * square(direction);
@@ -138,13 +142,14 @@ impl NoiseModel {
         variance
     }
 
-    /// The series of coordinate `axis` of measurement number `measurement`; none where it has few values.
+    /// The series of coordinate `axis` of measurement number `measurement` (from 0); none where it has too few values
+    /// for one.
     pub fn series_of(&self, measurement: usize, axis: &str) -> Option<&CoordinateSeries> {
         self.series.iter().find(|s| s.measurement == measurement && s.axis == axis)
     }
 
     /// AR(1) correlation of neighboring residuals of coordinate `axis` of measurement number `measurement`; 0 where it
-    /// is not significant, or the coordinate has few values.
+    /// is not significant, or the coordinate has no series.
     pub fn correlation(&self, measurement: usize, axis: &str) -> f64 {
         self.series_of(measurement, axis).map_or(0.0, |s| s.correlation)
     }
@@ -168,10 +173,11 @@ impl NoiseModel {
 }
 
 /// Degrees of freedom of the variance of each unknown; none where it is known. They are `2/e^2` for the relative error
-/// `e` of the variance. Let `s` be the share of a series of `n` values in the variance of the unknown. Its variance
-/// adds `2 s^2/n` to `e^2`, unless sigma is stated; its correlation `r` adds `t^2 (1 - r^2)/n`, with the numerical
-/// derivative `t` of the relative variance. The common variance adds `2 s^2/nu` for its remaining share and its degrees
-/// of freedom `nu`. `inverse` is that of the normal matrix, `covariance` that of the unknowns.
+/// `e` of the variance. Let `s` be the fraction of the variance of the unknown that stems from a series of `n` values.
+/// Its variance adds `2 s^2/n` to `e^2`, unless sigma is stated; its correlation `r` adds `t^2 (1 - r^2)/n`, with the
+/// numerical derivative `t` of the relative variance. The common variance adds `2 s^2/nu` for the fraction `s` that
+/// stems from it, with its degrees of freedom `nu` (0 where it is known). `inverse` is that of the normal matrix,
+/// `covariance` that of the unknowns.
 fn degrees_of_freedom(
     series: &[CoordinateSeries],
     inverse: &DMatrix<f64>,

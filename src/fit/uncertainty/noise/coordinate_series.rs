@@ -1,20 +1,18 @@
 //! Residuals of one coordinate of a measurement in the order of time (of a shape, arc length), and the AR(1) model of
 //! their noise.
 //!
-//! [`coordinate_series`] splits the residuals of an optimum into series of at least [`FEWEST`] values, in units of
-//! sigma. Residuals are multiplied by their leverage weights. With a robust loss its influence function replaces them,
-//! scaled to a root mean square of 1. It tests each for a positive lag-one correlation above [`SIGNIFICANT`] standard
-//! deviations of white noise. Without a stated sigma it tests whether the coordinates of a measurement have different
-//! variances (Bartlett's test, level [`UNEQUAL_VARIANCES`]). For noise of the covariance `V` the residuals at an
-//! optimum have the covariance `V - HV - VH + HVH`, `H = J (J'J)^-1 J'`: the fit absorbs a part of the noise.
-//! [`CoordinateSeries::refine`] matches the variance (unless sigma is stated) and a significant correlation with these
-//! expectations, for `V = v R` with an [AR(1) correlation](Ar1Correlation) `R`. The correlation is from 0 to `1 - 2/n`
-//! for `n` pairs of neighbors. `autocorrelation` uses the series for the covariance of the estimates, the bootstrap for
-//! random blocks. Methods of [`CoordinateSeries`]: `ar1` is the correlation matrix, `innovations` are the white
-//! residuals, and `block_length` is that of the random blocks (none without correlation). `score_covariance` is its
-//! part `J'VJ` of the covariance of the gradient, `score_covariance_below` the same for a correlation lower by a step,
-//! and `normal_matrix` is `J'J`. `has_own_noise` returns whether variance or correlation differ from the common white
-//! noise, `is_at_cap` whether the correlation is the largest possible. `set_uncorrelated` makes the noise white.
+//! [`coordinate_series`] splits the residuals of an optimum, in units of sigma and times their leverage weights, into
+//! series of at least [`FEWEST`] values: one per coordinate of a measurement. With a robust loss its influence function
+//! `psi(r)` replaces them, scaled to a root mean square of 1. Each series is tested for a positive lag-one correlation
+//! above [`SIGNIFICANT`] standard deviations of white noise. Without a stated sigma the coordinates of a measurement
+//! are tested for different variances (Bartlett's test, level [`UNEQUAL_VARIANCES`]).
+//!
+//! For noise of the covariance `V` the residuals at an optimum have the covariance `V - HV - VH + HVH`,
+//! `H = J (J'J)^-1 J'`: the fit absorbs a part of the noise. [`CoordinateSeries::refine`] matches the variance `v`
+//! (unless sigma is stated) and a significant correlation with these expectations, for `V = v R` with an [AR(1)
+//! correlation](Ar1Correlation) `R`. The correlation is from 0 to `1 - 2/n` for `n` pairs of neighbors.
+//! `autocorrelation` uses the series for the covariance of the estimates, the bootstrap for random blocks of residuals
+//! (`block_length`).
 
 use crate::fit::misfit::ar1::{Ar1Correlation, ar1_factor, usual_spacing};
 use crate::fit::search::fitted::{Fitted, MeasuredResiduals};
@@ -24,18 +22,18 @@ use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 /// Fewest values of a series whose correlation is estimated. Fewer have a standard error of the correlation above 0.3.
 const FEWEST: usize = 12;
-/// Standard deviations of white noise by which the correlation of neighbors must exceed zero to be modeled. Smaller:
-/// more white series get wider intervals.
+/// Correlation of neighbors, in its standard deviations under white noise, above which it is modeled. Smaller: more
+/// white series get wider intervals.
 const SIGNIFICANT: f64 = 2.0;
 /// Probability of equal variances below which the coordinates of a measurement get a variance each.
 const UNEQUAL_VARIANCES: f64 = 1e-2;
-/// Largest distance of neighbors, in usual spacings; pairs across a gap are left out.
+/// Largest distance of neighbors, in usual (median) spacings; pairs across a gap are left out.
 const MOST_SPACINGS: f64 = 1.5;
-/// Largest part of the squared residuals that the fit is assumed to have absorbed; it bounds the correction of the
-/// variance.
+/// Largest part of the variance of the noise that the fit is assumed to have absorbed; it bounds the correction of an
+/// estimated variance.
 const MOST_ABSORBED: f64 = 0.9;
 
-/// Number of bisections of a correlation between 0 and 1: to 1e-15.
+/// Number of bisections of the interval from 0 to 1 for a correlation: to 1e-15.
 const BISECTIONS: usize = 50;
 
 /// Residuals and Jacobian of one coordinate of one measurement, with the model of its noise.
@@ -49,21 +47,22 @@ pub(crate) struct CoordinateSeries {
     pub correlation: f64,
     /// Rows of the values among all residuals, in the order of time.
     pub rows: Vec<usize>,
-    /// Ascending, s; of a shape arc lengths, m.
+    /// Times of the values, s, ascending; of a shape their arc lengths, m.
     times: Vec<f64>,
-    /// Median distance of the times.
+    /// Median distance of successive times.
     spacing: f64,
     /// Residuals in units of sigma, after the influence function of a robust loss.
     residuals: Vec<f64>,
-    /// Rows of the Jacobian, in units of the noise.
+    /// Weighted rows of the Jacobian of these values, in units of sigma, by all unknowns.
     jacobian: DMatrix<f64>,
-    /// Variance of the noise in units of sigma.
+    /// Variance of the noise in units of sigma squared.
     pub variance: f64,
     /// Whether the data state sigma, so that the variance is not estimated.
     pub is_sigma_stated: bool,
-    /// Whether its variance differs significantly from that of other coordinates of the measurement.
+    /// Whether the coordinates of the measurement have significantly different variances, so that each is estimated by
+    /// itself.
     has_own_variance: bool,
-    /// Whether the correlation of its neighbors is significant.
+    /// Whether the correlation of neighbors is significant, so that it is estimated.
     pub is_correlated: bool,
 }
 
@@ -75,10 +74,13 @@ struct Neighbors {
     spacings: f64,
 }
 
-/// Neighbors of a series with the sums of their products and of their mean squares.
+/// Neighbors of a series, with the sums over all pairs `a`, `b` of residuals of `a b` and of `(a^2 + b^2)/2`.
 struct NeighborSums {
+    /// The pairs of neighbors, in the order of time.
     pairs: Vec<Neighbors>,
+    /// Sum of `a b`.
     products: f64,
+    /// Sum of `(a^2 + b^2)/2`.
     squares: f64,
 }
 
@@ -103,8 +105,8 @@ impl CoordinateSeries {
         self.ar1().whiten(&self.residuals)
     }
 
-    /// Models the residuals as white noise of the given `variance`, in units of sigma squared. A variance of its own
-    /// stays marked.
+    /// Models the residuals as white noise of the given `variance`, in units of sigma squared. A series with a variance
+    /// of its own stays marked as such.
     pub fn set_uncorrelated(&mut self, variance: f64) {
         (self.is_correlated, self.correlation, self.variance) = (false, 0.0, variance);
     }
@@ -142,7 +144,7 @@ impl CoordinateSeries {
         n + 1 >= FEWEST && products > SIGNIFICANT * squares / (n as f64).sqrt()
     }
 
-    /// `R J`: the AR(1) correlation matrix times the rows of the Jacobian of the series.
+    /// The product `R J` of the AR(1) correlation matrix and the rows of the Jacobian of the series.
     fn correlated_jacobian(&self) -> DMatrix<f64> {
         let (ar1, mut product) = (self.ar1(), self.jacobian.clone());
         for mut column in product.column_iter_mut() {
@@ -163,8 +165,8 @@ impl CoordinateSeries {
         self.variance * self.jacobian.tr_mul(&self.correlated_jacobian())
     }
 
-    /// `J'VJ` for a correlation lower by `step`. An estimated variance changes with it, as the variance `v (1 - r^2)`
-    /// of the innovations is determined by itself.
+    /// `J'VJ` for a correlation `r` lower by `step`, for a numerical derivative. An estimated variance `v` changes so
+    /// that the variance `v (1 - r^2)` of the innovations stays; a stated one is kept.
     pub fn score_covariance_below(&self, step: f64) -> DMatrix<f64> {
         let correlation = self.correlation - step;
         let ratio = (1.0 - self.correlation.powi(2)) / (1.0 - correlation.powi(2));
@@ -173,10 +175,11 @@ impl CoordinateSeries {
     }
 
     /// Updates the variance, unless sigma is stated, and the correlation, if it is significant, by one round of moment
-    /// matching. The variance is the mean square residual over the part of the noise that the fit leaves, 1 -
-    /// [`MOST_ABSORBED`] at least. The correlation makes the observed lag-one ratio the expected one, and is multiplied
-    /// by `1 + 2/n` for `n` pairs. Arguments are the `inverse` of the normal matrix, and the `covariance` of the
-    /// unknowns by the noise of all series. The result is from 0 to [`largest_correlation`].
+    /// matching. The variance becomes the mean square residual over the part of the variance of the noise that the fit
+    /// leaves, at least 1 - [`MOST_ABSORBED`]. The correlation becomes the one for which the expected ratio of the sums
+    /// of `neighbors` is the observed one, times `1 + 2/n` for `n` pairs against its bias. Arguments are the `inverse`
+    /// of the normal matrix, and the `covariance` of the unknowns by the noise of all series. It is clamped to 0 and
+    /// [`largest_correlation`].
     pub fn refine(&mut self, inverse: &DMatrix<f64>, covariance: &DMatrix<f64>) {
         // Expectations for the present model, from the hat matrix restricted to the rows of the series.
         let (n, correlated) = (self.len(), self.correlated_jacobian());
@@ -228,8 +231,8 @@ fn largest_correlation(pairs: f64) -> f64 {
     1.0 - 2.0 / pairs
 }
 
-/// Correlation at the usual spacing for which the AR(1) correlations of the pairs have this `mean`, between 0 and 1, by
-/// bisection.
+/// Correlation at the usual spacing for which the AR(1) correlations of the pairs have this `mean`, by bisection; 0 for
+/// a negative mean, 1 for one above 1.
 fn correlation_with_mean(pairs: &[Neighbors], mean: f64) -> f64 {
     let (mut low, mut high) = (0.0, 1.0);
     // The factors of all pairs grow with the correlation: there is one solution at most.
@@ -242,11 +245,11 @@ fn correlation_with_mean(pairs: &[Neighbors], mean: f64) -> f64 {
     0.5 * (low + high)
 }
 
-/// Series of every coordinate of every measurement with at least [`FEWEST`] values, from the `rows` of the Jacobian in
-/// units of the noise. Residuals times their leverage weights pass through the influence function of the loss; with a
-/// robust loss those of a measurement are scaled to the root mean square 1. Significant correlations are marked. So are
-/// unequal variances of the coordinates of a measurement without a stated sigma. All variances are still the common
-/// one, and all correlations zero.
+/// Series of every coordinate of every measurement with at least [`FEWEST`] values, in the order of the measurements.
+/// `rows` are those of the weighted Jacobian in units of sigma. Residuals times their leverage weights pass through the
+/// influence function of the loss; with a robust loss those of a measurement are scaled to the root mean square 1.
+/// Significant correlations are marked. So are unequal variances of the coordinates of a measurement without a stated
+/// sigma. All variances are still the common one of `noise`, and all correlations zero.
 pub(crate) fn coordinate_series(
     fitted: Fitted,
     rows: &[Vec<f64>],

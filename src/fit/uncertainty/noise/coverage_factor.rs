@@ -1,10 +1,10 @@
 //! Coverage factors of 95 % intervals: quantiles of the normal distribution, or of Student's t where the variance is
 //! estimated.
 //!
-//! Input are the degrees of freedom of the variance; none stands for a known variance, and less than one ([`FEWEST`])
-//! counts as one. [`quantile95`] returns the half-width of a two-sided interval in standard deviations (1.96 or more),
+//! Input are the degrees of freedom of the variance; none stands for a known variance, and fewer than [`FEWEST`] count
+//! as that. [`quantile95`] returns the half-width of a two-sided interval in standard deviations (1.96 or more),
 //! [`one_sided95`] the distance of a one-sided limit (1.645 or more). From [`MANY`] degrees on the quantile of
-//! Student's t is an expansion about the normal one. Estimates, budgets and one-sided bounds use them.
+//! Student's t is computed by an expansion about the normal one. Estimates, budgets and one-sided bounds use them.
 
 use statrs::distribution::{ContinuousCDF, Normal, StudentsT};
 

@@ -1,10 +1,10 @@
 //! Noise of the data, estimated from residuals and samples.
 //!
-//! `residual_noise` is the variance of the residuals and the weights of their rows. `coordinate_series` and
-//! `autocorrelation` are their AR(1) correlation and its effect on the estimates. `noise_scale` is the noise by
-//! differences of the samples, without the model; `adequacy` compares both. `coverage_factor` has the quantiles of
-//! intervals. `outlying_experiments` compares the residuals of experiments. The covariance, the intervals and the
-//! warnings of a fit use the results.
+//! `residual_noise` computes the variance of the residuals and the weights of their rows. `coordinate_series` and
+//! `autocorrelation` estimate their AR(1) correlation and its effect on the standard errors. `noise_scale` estimates
+//! the noise from differences of the samples, without the model; `adequacy` compares it with the residuals.
+//! `coverage_factor` has the quantiles of intervals. `outlying_experiments` finds experiments whose residuals are large
+//! beside those of the others. The covariance, the intervals and the warnings of a fit use the results.
 
 pub(crate) mod adequacy;
 pub(crate) mod autocorrelation;

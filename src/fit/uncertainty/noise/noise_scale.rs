@@ -4,10 +4,10 @@
 //! [`CoordinateSamples::scale`] takes the estimate from the residuals by [divided
 //! differences](crate::numerics::noise_scale), or that from the observed values where it is lower by [`CLEARLY_LOWER`]
 //! standard errors. Values that a loss or the leverage down-weights are left out. The resolution `q` of the values sets
-//! a lower limit, `q/sqrt(12)`. The p-value is that of the root mean square residual, without outliers ([`OUTLYING`]
-//! robust standard deviations), over the scale, by chi-squared. The result, [`NoiseScale`], in m, is part of the
-//! report, and the basis of `adequacy`. A coordinate without a usable estimate has the reason instead; so have shapes
-//! at rest, whose points have no order in time.
+//! a lower limit, `q/sqrt(12)`. The p-value compares the root mean square residual, without outliers ([`OUTLYING`]
+//! robust standard deviations), with the scale, by chi-squared. The result, a [`NoiseScale`] in m, is part of the
+//! report and the basis of `adequacy`. A coordinate without a usable estimate has the reason instead; so have shapes at
+//! rest, whose points have no order in time.
 
 use crate::fit::measurement::dataset::Coordinate;
 use crate::fit::search::Search;
@@ -19,8 +19,8 @@ use crate::numerics::upper_median;
 use serde::{Deserialize, Serialize};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
-/// Degrees of freedom of quantization errors: those of a slow motion are strongly autocorrelated, with a few
-/// independent values in a record.
+/// Degrees of freedom of a noise scale that the resolution sets: quantization errors of a slow motion are strongly
+/// autocorrelated, with a few independent values in a record.
 const QUANTIZATION_FREEDOM: f64 = 8.0;
 /// Size of an outlier, in robust standard deviations of the residuals: one of 150,000 normal residuals is beyond.
 const OUTLYING: f64 = 4.5;
@@ -62,24 +62,25 @@ pub struct NoiseScale {
 pub(crate) struct CoordinateSamples {
     /// Rows of the values among all residuals.
     pub rows: Vec<usize>,
-    /// Ascending, s; of a shape arc lengths, m.
+    /// Times of the values, s, ascending; of a shape their arc lengths, m.
     times: Vec<f64>,
     /// Measured values.
     observed: Vec<f64>,
     /// Simulated less measured values.
     residuals: Vec<f64>,
-    /// Standard deviation of each value over the typical one.
+    /// Standard deviation of each value over sigma of the measurement.
     factors: Vec<f64>,
     /// Whether the loss or the leverage down-weights a value.
     excluded: Vec<bool>,
-    /// Part of the degrees of freedom that the fit has not used.
+    /// Part of the degrees of freedom that the fit has not used up.
     freedom_left: f64,
 }
 
 impl CoordinateSamples {
     /// Measured values and residuals of a `coordinate` of a measurement, in its unit, with their relative standard
-    /// deviations, in the order of time, or of arc length for a shape. The fit uses the part `used` of the degrees of
-    /// freedom. Values beyond the scale of a robust loss, or with a leverage weight below 1, are marked as excluded.
+    /// deviations, in the order of time, or of arc length for a shape. `used` is the part of the degrees of freedom
+    /// that the fit uses up: unknowns over residuals. Values beyond the scale of a robust loss, or with a leverage
+    /// weight below 1, are marked as excluded.
     pub fn new(
         search: &Search,
         MeasuredResiduals { measurement, sigma, residuals, rows, .. }: &MeasuredResiduals,
@@ -105,16 +106,16 @@ impl CoordinateSamples {
         }
     }
 
-    /// Noise scale of `values` at the times of the samples, from their differences without excluded values. Err with
-    /// the reason where there is none.
+    /// Noise scale of `values`, one per sample at its time, from their divided differences without excluded values.
+    /// Error: the reason why there is none.
     fn noise(&self, values: &[f64]) -> Result<NoiseEstimate, NoEstimate> {
         let Self { times, factors, excluded, .. } = self;
         NoisySeries { times, values, factors, excluded }.noise()
     }
 
     /// The noise scale from the residuals, or that from the observed values if it is lower by [`CLEARLY_LOWER`]
-    /// standard errors: each is that of the noise and of the motion that leaks into the differences. Err with the
-    /// reason where the observed values are constant or oversampled, or the residuals have no estimate.
+    /// standard errors: motion that remains in the differences makes either too large. Error: the reason, where the
+    /// observed values are constant or oversampled, or the residuals have no estimate.
     fn estimate(&self) -> Result<NoiseEstimate, NoEstimate> {
         let observed = self.noise(&self.observed);
         // Constant or smoothed samples show no independent noise, and neither do their residuals.
@@ -131,8 +132,8 @@ impl CoordinateSamples {
         Ok(if is_lower { observed } else { residual })
     }
 
-    /// Whether each residual is an outlier: above [`OUTLYING`] times the median of the absolute residuals over that of
-    /// a standard normal deviate. None is one if that median is zero.
+    /// Whether each residual is an outlier: its absolute value is above [`OUTLYING`] robust standard deviations, the
+    /// median of the absolute residuals over [`MEDIAN_DEVIATION`]. None is one if that median is zero.
     pub fn outliers(&self) -> Vec<bool> {
         // The median is robust against the outliers themselves.
         let median = upper_median(self.residuals.iter().map(|r| r.abs())).unwrap_or(0.0);
@@ -141,9 +142,9 @@ impl CoordinateSamples {
     }
 
     /// Noise scale of the coordinate `axis` of an `observation`, m, compared with the root mean square residual without
-    /// outliers and excluded values. A scale below the resolution, the quantization step over the root of 12, is
-    /// replaced by it, with [`QUANTIZATION_FREEDOM`]. Points of a shape at rest (not `is_motion`) have none: they are
-    /// not ordered in time. Without an estimate the reason is stored instead.
+    /// outliers and excluded values. A scale below that of the resolution, the quantization step over the root of 12,
+    /// is replaced by it, with [`QUANTIZATION_FREEDOM`] degrees of freedom. Points of a shape at rest (not `is_motion`)
+    /// have none: they are not ordered in time. Without an estimate the reason is stored instead.
     pub fn scale(&self, observation: String, axis: &str, is_motion: bool) -> NoiseScale {
         // Residuals without outliers, and their degrees of freedom.
         let outliers = self.outliers();
@@ -193,10 +194,10 @@ impl CoordinateSamples {
     }
 }
 
-/// Probability that the residuals of white noise are `ratio` or more times its scale. Residuals have `count` degrees of
-/// freedom, and the scale, from the same samples, has `freedom`. It is by chi-squared with `1/(1/freedom - 1/count)`
-/// degrees of freedom. 1 for a ratio up to 1. For a larger ratio it is 0 if `freedom` is at least `count`: the scale is
-/// then certain.
+/// Probability that white noise of the scale has a root mean square residual of `ratio` or more times the scale.
+/// Residuals have `count` degrees of freedom, and the scale, from the same samples, has `freedom`. It is by chi-squared
+/// with `1/(1/freedom - 1/count)` degrees of freedom. 1 for a ratio up to 1. For a larger ratio it is 0 if `freedom` is
+/// at least `count`: the scale is then certain.
 fn excess_probability(ratio: f64, freedom: f64, count: f64) -> f64 {
     // A scale with as many degrees of freedom as the residuals is certain.
     if ratio <= 1.0 || freedom >= count {

@@ -3,11 +3,11 @@
 //! One bad recording of many is no evidence against the set-up that all of them share: scale, clock, origin, tracked
 //! point. The unexplained part of a motion is the root mean square residual over the size of the motion.
 //! [`UnexplainedParts::add`] collects it for every measurement, experiment by experiment, with its number of values and
-//! whether its residuals are no noise. The part of an experiment is the root mean square over the values of its
-//! measurements; `median` is that of all, and `count` the number of experiments. An experiment is an outlier if any of
-//! its measurements is unexplained and its part is above the median of all. At least [`FEWEST`] experiments, fewer than
-//! half of them unexplained, are required. [`UnexplainedParts::outlying`] returns the part of an outlier, and none for
-//! others. The warnings of unexplained motion use it.
+//! whether its residuals are no noise. The part of an experiment is the root mean square of those of its measurements,
+//! weighted by their numbers of values. An experiment is an outlier if any of its measurements is unexplained and its
+//! part is above the median of all experiments. At least [`FEWEST`] experiments, fewer than half of them unexplained,
+//! are required. [`UnexplainedParts::outlying`] returns the part of an outlier, and none for others. The warnings of
+//! unexplained motion use it.
 
 use crate::numerics::median;
 
@@ -17,6 +17,7 @@ const FEWEST: usize = 3;
 /// The unexplained part of the motion of an experiment.
 #[derive(Clone, Debug)]
 struct UnexplainedPart {
+    /// Name of the experiment.
     experiment: String,
     /// Sum over the measurements of the squared unexplained part times the number of values.
     square: f64,
@@ -50,7 +51,7 @@ impl UnexplainedParts {
         }
     }
 
-    /// Number of experiments with a measurement.
+    /// Number of experiments with at least one added measurement.
     pub fn count(&self) -> usize {
         self.0.len()
     }

@@ -2,16 +2,19 @@
 //!
 //! Residuals are in units of sigma. Their variance is 1 if all sigmas are stated, or where weights depend on the fit
 //! (sigma is then estimated before). Else it is `sum (w r)^2/nu`, with the leverage weights `w` and `nu` degrees of
-//! freedom: residuals, those of priors included, less unknowns and unknown arc lengths, and less the sum of `1 - w^2`
-//! where the weights are those of growing sensitivities. With such weights or arc lengths `nu` is at least 1. A robust
-//! loss `rho` with `psi = rho'/2` reduces the information of every value to `(mean psi')^2/mean psi^2`, with Huber's
-//! correction for the number of unknowns; a rise of twice the misfit then has the scale `sum psi^2/sum psi'` (Huber
-//! 1981). The weight of a row is the root of this information (1 for squares) times the leverage weight; rows of priors
-//! have 1. [`ResidualNoise::new`] estimates all this at an optimum. It is the basis of covariance and intervals.
-//! [`residual_rms`] (m, without positions rad/s, else the unit of the first measurement) and [`loss_effects`] (one per
-//! measurement with a robust loss; markers of one recording share one) are entries of the report. [`weighted_rows`] and
-//! [`weighted_residuals`] are Jacobian and residuals (`psi`) times these weights. [`misfit_slopes`] and
-//! [`score_covariance`] are the derivatives of the misfit by the residuals and the covariance of its gradient by the
+//! freedom. These are the number of residuals, those of priors included, less unknowns and unknown arc lengths, and
+//! less the sum of `1 - w^2` where the weights are those of growing sensitivities. With such weights or arc lengths
+//! `nu` is at least 1.
+//!
+//! A robust loss `rho` with `psi = rho'/2` reduces the information of every value to `(mean psi')^2/mean psi^2`, with
+//! Huber's correction for the number of unknowns. A rise of twice the misfit then has the scale `sum psi^2/sum psi'`
+//! (Huber 1981). The weight of a row is the root of this information (1 for squares and for priors) times its leverage
+//! weight.
+//!
+//! [`ResidualNoise::new`] computes variance, degrees of freedom and weights at an optimum, the basis of covariance and
+//! intervals. [`residual_rms`] and [`loss_effects`] are entries of the report. [`weighted_rows`] and
+//! [`weighted_residuals`] are the Jacobian and the residuals (`psi`) times these weights. [`misfit_slopes`] and
+//! [`score_covariance`] are the derivatives of the misfit by the residuals, and the covariance of its gradient by the
 //! unknowns.
 
 use crate::fit::measurement::experiment::all;
@@ -26,16 +29,17 @@ use serde::{Deserialize, Serialize};
 /// Size of a residual, in sigma, above which a [`LossEffect`] counts it as beyond five sigma.
 const OUTLYING: f64 = 5.0;
 
-/// Scale of the residuals at an optimum, without autocorrelation.
+/// Variance and weights of the residuals at an optimum, without autocorrelation.
 pub(crate) struct ResidualNoise {
-    /// Variance of the residuals in units of sigma; 1 where sigma is stated or has been estimated.
+    /// Variance of the residuals in units of sigma squared; 1 where all sigmas are stated or have been estimated
+    /// before.
     pub variance: f64,
     /// Whether `variance` is estimated from the residuals.
     pub is_estimated: bool,
     /// Rise of twice the misfit by one standard deviation of a parameter: the variance, or `sum psi^2/sum psi'` of
     /// robust losses.
     pub misfit_scale: f64,
-    /// Degrees of freedom of an estimated sigma; none where all sigmas are stated.
+    /// Degrees of freedom of the variance, also of a sigma that was estimated before; none where all sigmas are stated.
     pub degrees_of_freedom: Option<f64>,
     /// Weight of every row: root of the information of its loss, times the leverage weight.
     pub weights: Vec<f64>,
@@ -47,8 +51,9 @@ impl ResidualNoise {
     /// unknown arc lengths. Weights `w` of growing sensitivities lower them by the sum of `1 - w^2`. With such weights
     /// or arc lengths they are at least 1. The variance is 1 if all sigmas are stated, or where the weights depend on
     /// the fit, as sigma is then estimated before. The misfit scale is the variance, or `sum psi^2/sum psi'` over all
-    /// measured values if any loss is robust. The weight of a row is the root of the information of its loss (one for
-    /// all rows of a measurement; 1 for priors), times its leverage weight.
+    /// measured values if any loss is robust. The weight of a row is the root of the information of its loss times the
+    /// entry of the row in the leverage weights of the search. The root is one number for all rows of a measurement,
+    /// and 1 for priors.
     pub fn new(fitted: Fitted) -> Self {
         let Fitted { search, optimum } = fitted;
         let total = optimum.residuals.len();
@@ -96,7 +101,7 @@ impl ResidualNoise {
     }
 }
 
-/// The rows of a Jacobian, each times its weight; the result ends with the shorter of both lists.
+/// The rows of a Jacobian, each times its weight, in their order; rows beyond the end of `weights` are left out.
 pub(crate) fn weighted_rows(rows: &[Vec<f64>], weights: &[f64]) -> Vec<Vec<f64>> {
     let scaled = |(row, w): (&Vec<f64>, &f64)| row.iter().map(|d| d * w).collect();
     rows.iter().zip(weights).map(scaled).collect()
@@ -124,9 +129,9 @@ pub(crate) fn misfit_slopes(residuals: &Residuals, optimum: &Optimum) -> Vec<f64
     losses.iter().zip(&optimum.residuals).map(|(loss, r)| loss.influence(*r)).collect()
 }
 
-/// Covariance of the gradient of the misfit by the unknowns on their scales, `sum psi^2 j j'` over the unweighted rows
-/// `j` of the Jacobian. The mean of `psi^2` in each measurement, 1 for priors, is multiplied by the squared leverage
-/// weight of the row.
+/// Covariance of the gradient of the misfit by the unknowns on their scales: the sum of `w^2 m j j'` over the
+/// unweighted rows `j` of the Jacobian. Here `m` is the mean of `psi^2` over the measurement of the row (1 for priors),
+/// and `w` the leverage weight of the row.
 pub(crate) fn score_covariance(fitted: Fitted) -> DMatrix<f64> {
     let Fitted { search, optimum } = fitted;
     let mut squares = Vec::with_capacity(optimum.residuals.len());
@@ -181,8 +186,8 @@ pub struct LossEffect {
 }
 
 impl LossEffect {
-    /// Adds the values of another measurement with the same name: counts add up. The information of the values, their
-    /// number over the squared factor, adds up too, and yields the common factor.
+    /// Adds another measurement with the same name. Counts add up. The common factor of the standard errors follows
+    /// from the sum of the information, the number of values over the squared factor.
     fn merge(&mut self, other: &Self) {
         let [own, others] = [self.values as f64, other.values as f64];
         let information =
@@ -196,7 +201,7 @@ impl LossEffect {
 
 /// Effects of the robust losses, one entry per measurement with such a loss, in their order; all markers of a recording
 /// share one. Values beyond the scale of the loss, and beyond [`OUTLYING`] sigma, are counted. The factor of the
-/// standard errors is the inverse of the largest weight in `noise` of its rows.
+/// standard errors is the inverse of the largest weight of its rows in `noise`; 1 without values.
 pub(crate) fn loss_effects(fitted: Fitted, noise: &ResidualNoise) -> Vec<LossEffect> {
     let mut effects: Vec<LossEffect> = Vec::new();
     for MeasuredResiduals { experiment, measurement, residuals, rows, .. } in fitted.measured() {

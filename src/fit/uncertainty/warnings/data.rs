@@ -2,12 +2,10 @@
 //! unsuitable steps.
 //!
 //! Each function receives a result of an earlier stage, or the experiments, and adds its warnings to the list, as
-//! *finding. consequence. action.* with a code. The findings are constant coordinates (`constant_axes`), repeated
-//! frames (`repeated_frames`), defects of recordings that move supports and of samples of signals
-//! (`recording_defects`), growing sensitivities (`growing_sensitivities`), leverage weights below 1 unless growing
-//! sensitivities are their cause (`high_leverage`), halved steps (`halved_steps`), and too large ones
-//! (`steps_too_large`). Halved steps (unless the fit converged to residuals of noise) and too large steps have the
-//! severity `Numerics`, repeated frames `Misfit`; both lower the grade. The others are notes.
+//! *finding. consequence. action.* with a code. Halved steps (unless the fit converged to residuals of noise) and too
+//! large steps have the severity `Numerics`, repeated frames `Misfit`; these lower the grade. All others are notes:
+//! constant coordinates, defects of recordings that move supports and of samples of signals, exponentially growing
+//! sensitivities, and leverage weights below 1 (unless growing sensitivities are their cause).
 
 use crate::code::Code;
 use crate::fit::measurement::constant_axes::ConstantAxis;
@@ -62,8 +60,8 @@ pub(crate) fn repeated_frames(found: &[RepeatedFrames], warnings: &mut Warnings)
     }
 }
 
-/// Adds notes on defects of the recordings that move supports, and of the samples of signals. Those of many experiments
-/// are summarized if they are lost frames, jumps or exchanged labels.
+/// Adds notes on defects of the recordings that move supports, and of the samples of signals. Lost frames, jumps and
+/// exchanged labels of several experiments may be summarized in the report.
 pub(crate) fn recording_defects(experiments: &[Experiment], warnings: &mut Warnings) {
     for experiment in experiments {
         for (code, text) in experiment.problem.recording_warnings() {
@@ -78,8 +76,8 @@ pub(crate) fn recording_defects(experiments: &[Experiment], warnings: &mut Warni
     }
 }
 
-/// Adds a note for each experiment whose sensitivities grow exponentially, with the number of later positions that are
-/// down-weighted. Nothing is added where the search has no such weights.
+/// Adds a note for each experiment whose derivatives by the parameters grow exponentially (chaotic motion), with the
+/// number of later positions that are down-weighted. Nothing is added where the search has no such weights.
 pub(crate) fn growing_sensitivities(Fitted { search, optimum }: Fitted, warnings: &mut Warnings) {
     if search.growth_weights().is_empty() {
         return;
@@ -92,8 +90,8 @@ pub(crate) fn growing_sensitivities(Fitted { search, optimum }: Fitted, warnings
 }
 
 /// Adds one note on the number of values with a leverage weight below 1, in total and by experiment: values that change
-/// with the parameters unusually much are down-weighted. Nothing is added without any. Nothing is added either where
-/// exponentially growing sensitivities are the reason, which have a note of their own.
+/// with the parameters much more than is usual are down-weighted. Nothing is added without any. Nothing is added either
+/// where exponentially growing sensitivities are the reason, which have a note of their own.
 pub(crate) fn high_leverage(fitted: Fitted, warnings: &mut Warnings) {
     let search = fitted.search;
     let count_in = |experiment: &Experiment| {

@@ -1,8 +1,8 @@
 //! Warnings about estimates: parameters that are bounded from one side only, at a bound of the search, or in conflict
 //! with a prior.
 //!
-//! Inputs are the unknowns with the optimum or the estimates, in the same order. Each function adds to the warnings of
-//! the fit. One-sided 95 % bounds of estimates are notes (`one_sided_bounds`). An optimum at a bound of the search is a
+//! Input: the unknowns, with the optimum or the estimates in the same order. Each function adds to the warnings of the
+//! fit. One-sided 95 % bounds of estimates are notes (`one_sided_bounds`). An optimum at a bound of the search is a
 //! contradiction, with the bound in its unit, if the unknown has a standard deviation (`bounds_reached`). An optimum
 //! more than [`CONTRADICTION`] standard deviations of its prior from the mean of the prior is a contradiction too
 //! (`prior_conflicts`). Contradictions lower the grade.

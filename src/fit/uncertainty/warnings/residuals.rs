@@ -1,17 +1,20 @@
 //! Warnings about residuals that are no noise, or noise of another size than stated.
 //!
-//! Inputs are the optimum and its local analysis; each function adds its warnings to those of the fit, whose severity
-//! determines the grade. [`unexplained_motion`] compares the root mean square residual of each measurement with the
-//! observed motion (`UNEXPLAINED`): `Worthless`, `Unexplained`, or a `Misfit` for outlying experiments, of which there
-//! may be several. Residuals that are noise by tests or by the scale of the samples, or within [`EXPLAINED_SIGMAS`]
-//! stated sigmas, are excepted. Independently it adds a `Misfit` for residuals too large for a stated sigma
-//! ([`is_too_large`]). [`test_residuals`] tests each coordinate for white or AR(1) noise and trend (`Misfit`), notes
-//! outliers and autocorrelation, and returns all tests. [`excess_over_noise_scale`] compares each coordinate with the
-//! noise scale from differences of the samples, or without a scale the correlation with [`STRONG_CORRELATION`]
-//! (`Ambiguous`). With a stated sigma it warns only of a correlation at its limit. [`doubtful_sigmas`] notes a stated
-//! sigma of a recorded motion that differs from the scatter of the data by more than a factor of 2.5. [`is_noise`]
-//! returns whether `unexplained_motion`, `test_residuals` and `excess_over_noise_scale` find nothing of the severity
-//! `Worthless`, `Unexplained`, `Misfit` or `Ambiguous`, and adds no warnings. `factor_text` is a factor as text.
+//! Input: the optimum and its local analysis; each function adds its warnings to those of the fit, whose severity
+//! determines the grade.
+//!
+//! [`unexplained_motion`] warns of each measurement whose root mean square residual exceeds the part `UNEXPLAINED` of
+//! the observed motion: `Worthless`, `Unexplained`, or `Misfit` for an outlying experiment. Residuals that are noise by
+//! tests or by the scale of the samples, or within [`EXPLAINED_SIGMAS`] stated sigmas, are excepted. Independently it
+//! adds a `Misfit` for residuals too large for a stated sigma ([`is_too_large`]).
+//!
+//! [`test_residuals`] adds a `Misfit` for each coordinate that is neither white nor AR(1) noise, or has a trend, and
+//! notes on outliers and autocorrelation. [`excess_over_noise_scale`] adds an `Ambiguous` warning for each coordinate
+//! whose residuals exceed the noise scale from differences of the samples, or without a scale correlate by more than
+//! [`STRONG_CORRELATION`]. With a stated sigma only a correlation at its limit counts. [`doubtful_sigmas`] notes a
+//! stated sigma of a recorded motion that differs from the scatter of the data by more than a factor of 2.5.
+//! [`is_noise`] returns whether the first three find nothing of the severity `Worthless`, `Unexplained`, `Misfit` or
+//! `Ambiguous`.
 
 use crate::code::Code;
 use crate::fit::measurement::experiment::all;
@@ -32,17 +35,19 @@ use statrs::distribution::{ChiSquared, ContinuousCDF};
 /// Ratio of root mean square residual and noise above which the residuals are too large, for many values; for few
 /// values chance alone exceeds it. Smaller: weak misfits are warned of too.
 const TOO_LARGE: f64 = 1.5;
-/// Probability with which noise alone is below the limit of that ratio for few values (chi-squared).
+/// Probability with which noise alone is below the limit of that ratio (chi-squared), which exceeds [`TOO_LARGE`] for
+/// few values.
 const TOO_LARGE_QUANTILE: f64 = 0.999;
 /// Root mean square residual, in stated sigmas, up to which residuals are never unexplained, however small the motion.
 const EXPLAINED_SIGMAS: f64 = 3.0;
 /// Effective sample size over the number of samples below which autocorrelation is noted. Larger: weaker correlations
 /// are noted.
 const NOTED_INFORMATION: f64 = 0.7;
-/// Independent values for each unknown from which on intervals are accurate; below it the note calls them uncertain.
+/// Number of independent values per unknown from which on intervals are accurate; below it the note calls them
+/// uncertain.
 const ENOUGH_EACH: f64 = 15.0;
-/// Correlation of neighboring residuals above which noise of white sampling is implausible: of 141 right fits with
-/// white noise three exceed 0.3 and none 0.56.
+/// Correlation of neighboring residuals above which white noise is implausible: of 141 right fits with white noise
+/// three exceed 0.3 and none 0.56.
 const STRONG_CORRELATION: f64 = 0.5;
 
 /// Whether residuals of the root mean square `rms`, in units of their noise, are too large for so many `values`: above
@@ -141,10 +146,11 @@ pub(crate) fn factor_text(factor: f64) -> String {
     }
 }
 
-/// Tests the residuals of every coordinate for whiteness, normality and trend. Those that are neither white nor AR(1)
-/// noise, or have a trend, add a warning of a misfit each, the most significant first. Those that fail another test add
-/// a note on outliers. Strong autocorrelation adds one note. `correlations` are the AR(1) correlations of the noise,
-/// `narrow` is the consequence for the intervals, as a sentence. Returns all tests, in the order of the coordinates.
+/// Tests the residuals of every coordinate of every measurement for whiteness, normality and trend. A coordinate that
+/// is neither white nor AR(1) noise, or has a trend, adds a warning (`Misfit`), the most significant first. One that
+/// fails another test adds a note on outliers. Strong autocorrelation of all coordinates together adds one note.
+/// `correlations` are the AR(1) correlations of the noise, `narrow` is the consequence for the intervals, as a
+/// sentence. Returns all tests, in the order of the coordinates.
 pub(crate) fn test_residuals(
     fitted: Fitted,
     correlations: &NoiseModel,
@@ -194,10 +200,11 @@ pub(crate) fn is_noise(fitted: Fitted, local: &LocalAnalysis) -> bool {
     !warnings.has_misfit()
 }
 
-/// Adds a warning of an ambiguity for each coordinate whose residuals may be autocorrelated noise or a missing effect.
-/// One cause is an excess over the noise scale of the samples, with or without outliers. Others are a correlation above
-/// [`STRONG_CORRELATION`] without any scale, and one at the limit of its estimate. With a stated sigma only the last
-/// one counts. A coordinate with several causes has one warning, in this order: outliers, excess, correlation.
+/// Adds a warning of the severity `Ambiguous` for each coordinate whose residuals may be autocorrelated noise or a
+/// missing effect. One cause is an excess over the noise scale of the samples, with or without outliers. Others are an
+/// AR(1) correlation above [`STRONG_CORRELATION`] without any scale, and one at the upper limit of its estimate. With a
+/// stated sigma only the last one counts. A coordinate with several causes has one warning, in this order: outliers,
+/// excess, correlation.
 pub(crate) fn excess_over_noise_scale(
     search: &Search,
     adequacy: &Adequacy,
