@@ -2,7 +2,8 @@
 //!
 //! `residual_noise` is the variance of the residuals and the weights of their rows. `coordinate_series` and
 //! `autocorrelation` are their AR(1) correlation and its effect on the estimates. `noise_scale` is the noise by
-//! differences of the samples, without the model; `adequacy` compares both. `coverage_factor` has the quantiles of
+//! differences of the samples, without the model; `adequacy` compares both. `estimated_weights` are the errors of the
+//! weights of several measurements without stated sigmas. `coverage_factor` has the quantiles of
 //! intervals. `outlying_experiments` compares the residuals of experiments. The covariance, the intervals and the
 //! warnings of a fit use the results.
 
@@ -10,6 +11,7 @@ pub(crate) mod adequacy;
 pub(crate) mod autocorrelation;
 pub(crate) mod coordinate_series;
 pub(crate) mod coverage_factor;
+pub(crate) mod estimated_weights;
 pub(crate) mod noise_scale;
 pub(crate) mod outlying_experiments;
 pub(crate) mod residual_noise;
