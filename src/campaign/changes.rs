@@ -133,7 +133,7 @@ fn axis(name: &str) -> Option<usize> {
 }
 
 /// The value with the key `part` in a table, created by `missing` if absent. In a list it is the existing item with
-/// this index (from 0), else axis (x, y, z as 0, 1, 2), else `name`; the first that applies. None for other kinds of
+/// this `name`, else index (from 0), else axis (x, y, z as 0, 1, 2); the first that applies. None for other kinds of
 /// values and items that do not exist.
 fn child<'a>(
     value: &'a mut Value,
@@ -144,8 +144,9 @@ fn child<'a>(
         Value::Table(table) => Some(table.entry(part).or_insert_with(missing)),
         Value::Array(list) => {
             let named = |v: &Value| v.get("name").and_then(Value::as_str) == Some(part);
-            let index = part.parse().ok().or_else(|| axis(part));
-            let index = index.or_else(|| list.iter().position(named))?;
+            // A name may be a number or an axis: it is stated, and indices are not.
+            let index = list.iter().position(named).or_else(|| part.parse().ok());
+            let index = index.or_else(|| axis(part))?;
             list.get_mut(index)
         }
         _ => None,
@@ -191,6 +192,13 @@ mod tests {
         let start = changed(fit, "parameter.radius.start", "0.1").unwrap();
         assert_eq!(start["parameter"][0]["start"].as_float(), Some(0.1));
         assert!(changed(fit, "observation.1.file", "7").is_err());
+        // Names come before indices and axes.
+        let rods = "[[rods]]\nname = \"y\"\n[[rods]]\nname = \"x\"\n[[rods]]\nname = \"0\"\n";
+        for (key, index) in [("rods.y.segments", 0), ("rods.x.segments", 1), ("rods.0.segments", 2)]
+        {
+            let scene = changed(rods, key, "7").unwrap();
+            assert_eq!(scene["rods"][index]["segments"].as_integer(), Some(7), "{key}");
+        }
         let error = Key::new("radios").unwrap_err().to_string();
         assert!(error.starts_with("radios: found no such key"), "{error}");
         assert_eq!(Key::new("experiment.long.radius").unwrap(), {

@@ -85,17 +85,16 @@ impl ResolvedFit {
         }
         for (key, value) in &keys {
             let Key::Scene(experiment, path) = key else { continue };
-            let index: Option<usize> = experiment.parse().ok();
-            let is_own = |scene: &&mut FitScene| {
-                (scene.experiment.is_some() && scene.experiment == index)
-                    || scene.name == *experiment
-            };
-            let scene = scenes.iter_mut().find(is_own).ok_or_else(|| {
+            // A name may be a number: names come before indices.
+            let number: Option<usize> = experiment.parse().ok();
+            let is_numbered = |scene: &FitScene| number.is_some() && scene.experiment == number;
+            let named = scenes.iter().position(|scene| scene.name == *experiment);
+            let index = named.or_else(|| scenes.iter().position(is_numbered)).ok_or_else(|| {
                 let key = format!("experiment.{experiment}");
                 let allowed = "the index, from 0, or the name of an [[experiment]]";
                 Error::invalid(key, "no such experiment", allowed)
             })?;
-            set_value(scene.table, path, value)?;
+            set_value(scenes[index].table, path, value)?;
         }
         // Paths in changes and scenes are absolute already; those of the fit file remain.
         make_absolute(&mut table, &folder);

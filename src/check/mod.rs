@@ -502,6 +502,9 @@ impl CheckReport {
         let is_confirmed = matches!(self.verdicts.finite_difference, Verdict::Agree);
         let states = counted(self.states, "state");
         let summary = match (self.derivatives_agree(), is_confirmed) {
+            _ if self.states == 0 => {
+                Summary::new("no state was compared: the derivatives are not checked", Tone::Bad)
+            }
             (true, true) => Summary::new(format!("derivatives agree at {states}"), Tone::Good),
             (true, false) => Summary::new(
                 format!(

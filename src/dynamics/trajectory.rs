@@ -445,7 +445,8 @@ impl Trajectory {
             // The point stays where it is on the rod, and the nodes do not.
             let mut stencil =
                 point.fixed().stencil(&self.problem.scene().over_parameters(seed).made_mesh())?;
-            stencil.nodes.retain(|(_, weight)| *weight != Dual64::from(0.0));
+            // Dual numbers are compared by their values alone: weights of zero may have a derivative.
+            stencil.nodes.retain(|(_, weight)| weight.re != 0.0 || weight.eps != 0.0);
             let position = self.record.along(Some(k)).position(&stencil, Dual64::from(time))?;
             Ok::<_, Error>(position.map(|x| x.eps))
         };

@@ -101,15 +101,20 @@ impl Problem {
     /// spaced steps. Frames have positions, m, velocities, m/s, and radii, m, of the nodes.
     ///
     /// # Errors
-    /// Those of point masses outside the rod.
-    ///
-    /// # Panics
-    /// If the motion has no states, or one of its nodes was not tracked.
+    /// Those of point masses outside the rod. [`Error::Invalid`] for a motion without times, on another mesh, or of
+    /// which not all nodes were tracked.
     pub fn export_motion(
         &self,
         motion: &Trajectory,
         frames: usize,
     ) -> Result<Vec<NamedText>, Error> {
+        let (nodes, tracked) = (self.mesh.nodes.len(), motion.record().tracked().len());
+        if motion.times().is_empty() || motion.nodes() != nodes || tracked != nodes {
+            let found =
+                format!("{} times of {tracked} of {} nodes", motion.times().len(), motion.nodes());
+            let allowed = format!("a motion of all {nodes} nodes with at least one time");
+            return Err(Error::invalid("motion", found, allowed));
+        }
         let radii: Vec<f64> = RodChain::of(self)?.links.iter().map(|link| link.radius).collect();
         Ok(vtk::animation(motion, &radii, frames))
     }

@@ -32,14 +32,14 @@ pub(super) fn model(chain: &RodChain, notes: &mut Vec<String>) -> String {
     let rate = highest_rate(chain);
     let viscous = chain.joints.iter().flat_map(|joint| joint.viscous).fold(0.0, f64::max);
     // A viscous time t dampens the highest mode at the rate t rate^2.
-    let step = (STEP_FRACTION / rate).min(if viscous > 0.0 {
-        1.0 / (viscous * rate * rate)
-    } else {
-        f64::INFINITY
-    });
-    notes.push(format!(
-        "time step {step:.1e} s: {STEP_FRACTION} over the highest angular frequency; larger ones are unstable"
-    ));
+    let decay = viscous * rate * rate;
+    let (step, limit) = match decay * STEP_FRACTION > rate {
+        true => (1.0 / decay, "1 over the viscous decay rate of the fastest mode".to_string()),
+        false => {
+            (STEP_FRACTION / rate, format!("{STEP_FRACTION} over the highest angular frequency"))
+        }
+    };
+    notes.push(format!("time step {step:.1e} s: {limit}; larger ones are unstable"));
     let mut text = format!("<mujoco model=\"{}\">\n", chain.name);
     for note in notes.iter() {
         let _ = writeln!(text, "  <!-- {} -->", note.replace("--", "-"));

@@ -106,6 +106,12 @@ rod.bend_matrix[0, 0] = np.array({about_first})  # N m^2, about the first direct
 rod.bend_matrix[1, 1] = np.array({about_second})  # N m^2, about the second director
 rod.bend_matrix[2, 2] = np.array({torsion})  # N m^2
 rod.mass[:] = np.array({masses})  # kg
+inertia = np.array({inertias})  # kg m^2, about the tangent; half of it about each director
+rod.mass_second_moment_of_inertia[:] = 0.0
+rod.inv_mass_second_moment_of_inertia[:] = 0.0
+for axis, part in enumerate([0.5, 0.5, 1.0]):
+    rod.mass_second_moment_of_inertia[axis, axis] = part * inertia
+    rod.inv_mass_second_moment_of_inertia[axis, axis] = 1.0 / (part * inertia)
 rod.rest_lengths[:] = np.linalg.norm(np.diff(positions), axis=0)
 rod.compute_internal_forces_and_torques(0.0)
 # The given shape has no stress but for the curvatures that follow, 1/m.
@@ -151,6 +157,7 @@ for frame in range(frames + 1):
         about_first = rigidity(1),
         about_second = rigidity(2),
         masses = numbers(masses.iter().copied()),
+        inertias = edges(&|j| chain.links[j].inertia),
         k1 = natural(1),
         k2 = natural(2),
         k3 = natural(0),

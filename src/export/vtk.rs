@@ -19,7 +19,7 @@ pub struct NamedText {
 /// At most `frames` frames of a trajectory, at least its first and last one, and the collection of them. `radii` are
 /// those of the edges, m. Panics for a trajectory without states, or with nodes that were not tracked.
 pub(super) fn animation(trajectory: &Trajectory, radii: &[f64], frames: usize) -> Vec<NamedText> {
-    let last = trajectory.times().len() - 1;
+    let last = trajectory.times().len().saturating_sub(1);
     let parts = frames.saturating_sub(1).clamp(1, last.max(1));
     let mut files = Vec::with_capacity(parts + 2);
     let mut entries = String::new();

@@ -170,6 +170,10 @@ impl FitReport {
     fn likelihood_rise(&self, other: &Self) -> f64 {
         // At the maximum-likelihood size of the noise, -2 ln L is n ln(rms^2) and a constant.
         let values: f64 = self.residual_tests.iter().map(|tests| tests.values as f64).sum();
+        // Two fits of exact data are equally likely.
+        if other.residual_rms == self.residual_rms {
+            return 0.0;
+        }
         values.max(1.0) * 2.0 * (other.residual_rms / self.residual_rms).ln()
     }
 
@@ -180,6 +184,7 @@ impl FitReport {
     /// so that the last alternative is first. A grade better than correlated-or-missing becomes that grade, with the
     /// text about the first alternative as the verdict.
     pub fn among_alternatives(mut self, others: &[(String, Self)]) -> Self {
+        let mut listed = 0;
         for (term, other) in others {
             if self.likelihood_rise(other) > DISCRIMINATING_RISE {
                 continue;
@@ -196,8 +201,9 @@ impl FitReport {
                 self.grade = Grade::CorrelatedOrMissing;
                 self.verdict = words.clone();
             }
-            self.warnings.insert(0, Code::AlternativeTerm.behind(words));
-            self.warning_codes.insert(0, Code::AlternativeTerm);
+            self.warnings.insert(listed, Code::AlternativeTerm.behind(words));
+            self.warning_codes.insert(listed, Code::AlternativeTerm);
+            listed += 1;
         }
         self
     }

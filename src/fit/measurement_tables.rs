@@ -3,16 +3,14 @@
 //!
 //! Input: the deserialized tables, the experiment, and the folder to which the paths of data files are relative.
 //! [`MeasurementTables::add_to`] reads the measurements and adds them to the experiment, in this order. If all
-//! measurements of the experiment are load-deflection curves and critical loads, it also sets their loads in the scene,
-//! so that the mesh is chosen for a loaded rod. A load becomes the one of the largest magnitude of its curve, or
-//! [`PART_OF_CRITICAL_LOAD`] of the critical one. Errors are those of the tables and their files, and positions in a
-//! unit that does not fit the size of the scene.
+//! measurements of the experiment are load-deflection curves and critical loads, the scene gets test loads
+//! ([`Experiment::set_test_loads`]), so that the mesh is chosen for a loaded rod. Errors are those
+//! of the tables and their files, and positions in a unit that does not fit the size of the scene.
 
 use crate::error::Error;
 use crate::fit::buckling_form::BucklingForm;
 use crate::fit::frequencies_form::FrequenciesForm;
 use crate::fit::load_deflection_form::LoadDeflectionForm;
-use crate::fit::measurement::Measurement;
 use crate::fit::measurement::experiment::Experiment;
 use crate::fit::observation_form::ObservationForm;
 use crate::fit::shape_form::ShapeForm;
@@ -39,7 +37,7 @@ impl MeasurementTables {
 
     /// Reads the measurements and adds them to an experiment, in the order observations, shapes, frequencies,
     /// load-deflection curves, critical loads. Paths are relative to `folder`. It also sets the loads of its scene
-    /// ([`set_loads`]). Errors are those of the tables and files, and positions of any measurement of the experiment in
+    /// ([`Experiment::set_test_loads`]). Errors are those of the tables and files, and positions of any measurement of the experiment in
     /// a unit that does not fit the size of the scene.
     pub fn add_to(self, experiment: &mut Experiment, folder: &Path) -> Result<(), Error> {
         // Keys of messages count the tables of this text, not the measurements that the experiment already has.
@@ -61,30 +59,8 @@ impl MeasurementTables {
         }
         measurements.extend(self.buckling.iter().map(BucklingForm::read));
         experiment.measurements.extend(measurements);
-        set_loads(experiment);
+        experiment.set_test_loads();
         // Units that do not fit the scene are found before the search.
         experiment.measurements.iter().try_for_each(|m| m.check_units(experiment))
-    }
-}
-
-/// Part of a critical load that the scene has: the rod is stable, and its mesh is chosen for the lowest mode under the
-/// load.
-const PART_OF_CRITICAL_LOAD: f64 = 0.5;
-
-/// Changes the scene of an experiment whose measurements are load-deflection curves and critical loads only; others
-/// stay. The load of a curve becomes its value of the largest magnitude, and a critical load [`PART_OF_CRITICAL_LOAD`]
-/// of it, so that the mesh is chosen for a loaded rod. Of several measurements with the same load the last one counts.
-/// A load that the scene cannot have is not set; the check of the measurement rejects it.
-fn set_loads(experiment: &mut Experiment) {
-    let of = |m: &Measurement| match (m.load_curve(), m.buckling()) {
-        (Some(curve), _) => Some((curve.load, curve.largest_load())),
-        (_, Some(own)) => Some((own.load, PART_OF_CRITICAL_LOAD * own.value)),
-        _ => None,
-    };
-    let loads: Option<Vec<_>> = experiment.measurements.iter().map(of).collect();
-    for load in loads.unwrap_or_default() {
-        if let Ok(loaded) = experiment.problem.with([load]) {
-            experiment.problem = loaded;
-        }
     }
 }

@@ -5,12 +5,12 @@ use num_dual::{Dual64, DualSVec64};
 use rodfit::numerics::tangent::Factors;
 use rodfit::problem::Model;
 use rodfit::scene::{
-    Clamp, Damping, Friction, Maxwell, PointForce, Scene, Scheme, Section, Shape, StepTolerance,
-    Support, Time,
+    Clamp, Damping, Friction, Material, Maxwell, PointForce, Scene, Scheme, Section, Shape,
+    StepTolerance, Support, Time,
 };
 use rodfit::{AnyProblem, Derivatives, Discretized, Parameter, Point, Problem};
 
-use crate::common::{at_tip, cantilever, cantilever_with, helix_with, planar};
+use crate::common::{at_tip, cantilever, cantilever_with, helix_with, planar, straight_rod};
 
 /// Both routes solve the same equations to rounding. What remains are the rounding errors of the
 /// two trajectories, which beta = 0.5 does not damp.
@@ -298,6 +298,23 @@ fn derivatives_between_steps_equal_differences() {
     for c in 0..2 {
         let difference = (ahead[c] - behind[c]) / (2.0 * h * e);
         assert!((difference / exact[0][c] - 1.0).abs() < 1e-7, "{c}: {difference} {}", exact[0][c]);
+    }
+}
+
+/// A material point of a straight rod at rest stays where it is when the rod becomes longer, also at a node, whose
+/// neighbors have the weight zero there, but derivatives of it.
+#[test]
+fn derivative_by_length_at_a_node_is_that_of_the_material_point() {
+    let material = Material { poisson_ratio: Some(0.4), ..Material::new(1200.0, 1e8) };
+    let mut scene = straight_rod(8, [1.0, 0.005], material);
+    scene.supports.clamp = Clamp::Nodes;
+    scene.time = Some(Time::new(0.01, 1e-3));
+    let run =
+        scene.problem().unwrap().simulate_with(&["rod.shape.length".parse().unwrap()]).unwrap();
+    for s in [0.5, 0.55] {
+        let (position, by) = run.at(Point::ArcLength(s), 0.0).unwrap();
+        assert!((position[0] - s).abs() < 1e-12, "{position:?}");
+        assert!(by[0][0].abs() < 1e-12, "at {s} m: {by:?}");
     }
 }
 

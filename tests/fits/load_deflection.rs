@@ -225,6 +225,42 @@ fn fit_text(keys: &str, parameters: &str) -> String {
     format!("scene = \"scene.toml\"\n[[load_deflection]]\n{keys}\n{parameters}")
 }
 
+/// A lateral curve and a critical load of one rod, each measured alone: one fit of both has the modulus of each. Half the
+/// critical load would double the deflections of the curve.
+#[test]
+fn curve_and_critical_load_of_one_experiment_are_separate_tests() {
+    let folder = std::env::temp_dir().join("rodfit-curve-and-critical-load");
+    std::fs::create_dir_all(&folder).unwrap();
+    let mut scene = cantilever(Some(20));
+    scene.loads.point[0].force = [0.0; 3];
+    std::fs::write(folder.join("scene.toml"), scene.to_toml().unwrap()).unwrap();
+    let problem = scene.problem().unwrap();
+    let rows = simulated(&problem, 1).into_iter();
+    let rows = rows.map(|row| format!("{},{}\n", row.load, row.displacement));
+    std::fs::write(
+        folder.join("bending.csv"),
+        format!("load[N],y[m]\n{}", rows.collect::<String>()),
+    )
+    .unwrap();
+    let axial: Parameter = "loads.point.0.force.x".parse().unwrap();
+    let euler = -2.4674 * bending_stiffness() / (LENGTH * LENGTH);
+    let critical = problem.critical_load(axial, euler, &[]).unwrap().value;
+    let curve = "[[load_deflection]]\nload = \"loads.point.0.force.y\"\nfile = \"bending.csv\"\nsigma = 1e-4\n";
+    let buckling = format!("[[buckling]]\nload = \"{axial}\"\nvalue = {critical}\nsigma = 1e-4\n");
+    let parameter = "[[parameter]]\nname = \"youngs_modulus\"\nstart = 3e9\n";
+    for tables in [curve.to_string(), buckling.clone(), format!("{curve}{buckling}")] {
+        let text = format!("scene = \"scene.toml\"\n{tables}{parameter}");
+        let report = FitFile::from_toml(&text, &folder).unwrap().fit().analyse(same_mesh()).solve();
+        let off = modulus(&report.unwrap()) / MODULUS - 1.0;
+        assert!(off.abs() < 1e-6, "{off:e} from\n{tables}");
+    }
+    // The order in which the tables are added does not matter.
+    let first = FitFile::from_toml(&format!("scene = \"scene.toml\"\n{curve}{parameter}"), &folder);
+    let report = first.unwrap().fit().analyse(same_mesh()).add_toml(&buckling, &folder).unwrap();
+    let off = modulus(&report.solve().unwrap()) / MODULUS - 1.0;
+    assert!(off.abs() < 1e-6, "{off:e}");
+}
+
 #[test]
 fn fit_file_reads_units_and_factor_and_rejects_wrong_tables() {
     let folder = std::env::temp_dir().join("rodfit-load-deflection");

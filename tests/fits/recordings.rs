@@ -71,6 +71,19 @@ fn cable_between_two_grippers_is_identified() {
     }
 }
 
+/// A prior much more precise than the recording decides. Leverage weights are those of measured values, not of priors.
+#[test]
+fn precise_prior_decides_beside_leverage_weights() {
+    let (mean, sigma) = (1.02 * MODULUS, 1e-7 * MODULUS);
+    let recording = problem(&recorded(0, 120, SIGMA, |_| {}));
+    let modulus = Unknown::new(Parameter::YoungsModulus).prior(mean, sigma);
+    let fit = Fit::of(vec![experiment("clip", &recording)]).analyse(same_mesh());
+    let report = fit.identify(modulus).solve().unwrap();
+    let found = &report.parameters[0];
+    assert!((found.value.unwrap() - mean).abs() < sigma, "{report}");
+    assert!((found.std_error.unwrap() / sigma - 1.0).abs() < 0.01, "{report}");
+}
+
 /// A ring prescribes a marker between the grippers. The two free markers are compared and give the modulus.
 #[test]
 fn cable_between_two_grippers_and_a_ring_is_identified() {

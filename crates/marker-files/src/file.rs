@@ -44,16 +44,21 @@ pub fn with_files<T>(files: BTreeMap<PathBuf, Vec<u8>>, read: impl FnOnce() -> T
             FILES.set(self.0.take());
         }
     }
+    let files = files.into_iter().map(|(path, content)| (without_dots(&path), content)).collect();
     let _outer = Outer(FILES.replace(Some(files)));
     read()
+}
+
+/// The path without parts `.`: `./tip.csv` and `tip.csv` are one file.
+fn without_dots(path: &Path) -> PathBuf {
+    path.components().filter(|part| *part != Component::CurDir).collect()
 }
 
 /// The content of the file at `path` within [`with_files`], an error if it is none of those; `None` outside of it.
 fn in_memory(path: &Path) -> Option<io::Result<Vec<u8>>> {
     FILES.with_borrow(|files| {
         let files = files.as_ref()?;
-        let path: PathBuf = path.components().filter(|part| *part != Component::CurDir).collect();
-        Some(files.get(&path).cloned().ok_or_else(|| {
+        Some(files.get(&without_dots(path)).cloned().ok_or_else(|| {
             let names: Vec<_> = files.keys().map(|name| name.display().to_string()).collect();
             let message = format!("found no such file, given: {}", names.join(", "));
             io::Error::new(io::ErrorKind::NotFound, message)

@@ -259,6 +259,7 @@ impl Recording {
                 }
                 let stated = match (&self.marker, first) {
                     (Some(name), None) => format!("marker = {name:?}"),
+                    (Some(name), Some(_)) => format!("several markers with the name {name:?}"),
                     _ => format!("{} markers and no key marker", names.len()),
                 };
                 let message = format!(

@@ -166,9 +166,14 @@ fn control_characters_of_files_are_escaped_in_messages() {
 fn names_of_trajectories_keep_their_commas_and_brackets() {
     let folder = tempfile::tempdir().unwrap();
     let text = "#Kinovea Trajectory data export\n#T X Y\n\n# tip, left\n0,00 0,5 5\n0,01 1,5 5\n0,02 2,5 5\n";
+    let aligned = "#Kinovea\n#T X Y\n\n# tip, left\n0.00  0.5   5\n0.01  1.5   5\n0.02  2.5   5\n";
     let sheet =
         "Time (s),tip (left)/0/X (mm),tip (left)/0/Y (mm)\n0,0.5,5\n0.01,1.5,5\n0.02,2.5,5\n";
-    for (text, name, scale) in [(text, "tip, left", Some(1e-3)), (sheet, "tip (left)/0", None)] {
+    for (text, name, scale) in [
+        (text, "tip, left", Some(1e-3)),
+        (aligned, "tip, left", Some(1e-3)),
+        (sheet, "tip (left)/0", None),
+    ] {
         let path = written(&folder, "kinovea.txt", text);
         let format = Some(Format::Kinovea);
         let recording =

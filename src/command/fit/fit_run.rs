@@ -137,6 +137,7 @@ impl FitRun {
             ("--extend", self.extends),
             ("--save", !self.saved_scenes.is_empty()),
             ("--known", !self.file.knowns.is_empty()),
+            ("--monte-carlo", self.file.analysis.monte_carlo > 0),
         ];
         if let Some((option, _)) = excluded.into_iter().find(|(_, is_given)| *is_given) {
             let found = "with validation data only, to which nothing is fitted";

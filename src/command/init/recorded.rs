@@ -37,7 +37,18 @@ pub(super) fn recorded_files(
             Ok(texts.files(scene, fit.replace("{observation}", &observation)))
         }
         Template::Droop => {
-            RestShape::read_as(file, &Recording { fps: None, ..recording })?;
+            for (option, is_given) in [
+                ("--columns", recording.columns.is_some()),
+                ("--scale", recording.scale.is_some()),
+                ("--fps", recording.fps.is_some()),
+            ] {
+                // The fit file of the template has no such key: the fit would read other numbers than this check.
+                if is_given {
+                    let allowed = "none with the template droop: state units in the header of the file, as s[mm]";
+                    return Err(Error::invalid(option, "with the template droop", allowed));
+                }
+            }
+            RestShape::read_as(file, &recording)?;
             Ok(texts.files(scene, fit.replace("{file}", &path)))
         }
         Template::Frequencies => {

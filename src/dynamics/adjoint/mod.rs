@@ -205,15 +205,21 @@ impl Reversible {
     /// sweep.
     ///
     /// # Errors
-    /// [`Error::Invalid`] for a parameter that the scene does not have; [`Error::SingularTangent`] where a step has no
-    /// derivatives; those of steps that are repeated, and of
-    /// [`Discretized::simulation_over`](crate::Discretized::simulation_over).
+    /// [`Error::Invalid`] for a parameter that the scene does not have, and for slopes of a run with other times or
+    /// tracked nodes; [`Error::SingularTangent`] where a step has no derivatives; those of a step where stretches are
+    /// run again, and of [`Discretized::simulation_over`](crate::Discretized::simulation_over).
     pub fn gradient(
         &self,
         parameters: &[Parameter],
         slopes: &TrajectorySlopes<'_>,
     ) -> Result<Vec<f64>, Error> {
         let requested = RequestedParameters::new(&self.problem, parameters)?;
+        // Slopes belong to the records of a run; those of an equal run, as its repetition below, fit too.
+        let [own, other] = [&self.trajectory, slopes.trajectory].map(Trajectory::record);
+        if own.times() != other.times() || own.tracked() != other.tracked() {
+            let found = "those of a run with other times or tracked nodes";
+            return Err(Error::invalid("slopes", found, "slopes of this run"));
+        }
         // A Kelvin-Voigt time of zero has a derivative only in a run with a trace of viscosity.
         if let Some(with_viscosity) = self.with_trace_viscosity(parameters)? {
             return with_viscosity.gradient(parameters, slopes);

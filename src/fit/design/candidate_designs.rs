@@ -184,8 +184,7 @@ impl CandidateDesigns {
 
     /// The elements of `rows`, one per row of the Jacobian, of all samples for which `keep` is true, then those of the
     /// priors. Arguments of `keep` are the block, the index of the sample in it, and its time, s. A sample has one row
-    /// per measured coordinate. A measurement that is no motion of a point is kept as a whole or not at all; `keep`
-    /// then gets the index 0 and the time 0.
+    /// per measured coordinate, another value one row, with the time 0 at rest.
     fn select<T: Clone>(
         &self,
         rows: &[T],
@@ -204,8 +203,15 @@ impl CandidateDesigns {
                         }
                     }
                 }
-                None if keep(block, 0, 0.0) => kept.extend(own.cloned()),
-                None => {}
+                None => {
+                    // Readings have one row each; values at rest have no time, and are measured in any case.
+                    let times = block.measurement.times().into_iter().enumerate();
+                    for ((k, time), row) in times.zip(own) {
+                        if keep(block, k, time.unwrap_or(0.0)) {
+                            kept.push(row.clone());
+                        }
+                    }
+                }
             }
         }
         // Priors constrain every design.
@@ -292,9 +298,8 @@ impl DesignErrors<'_> {
     }
 
     /// Experiment `e` with the planned duration divided by [`DIVISORS`], the planned one, and [`LONGER`] times it if
-    /// there are later frames, s, ascending. All of its recorded motions end together. Measurements that are no motion
-    /// of a point, as readings over time, and other experiments stay as planned. Error: the covariance cannot be
-    /// computed.
+    /// there are later frames, s, ascending. All of its recordings and readings end together; values at rest, and
+    /// other experiments, stay as planned. Error: the covariance cannot be computed.
     fn by_duration(&self, e: usize) -> Result<Advice, Error> {
         let experiment = &self.planned[e];
         let whole = experiment.duration();
@@ -306,9 +311,7 @@ impl DesignErrors<'_> {
             // Shorter records keep the planned frames up to their end; only the longer one has the later frames.
             let end = factor * whole * ROUNDING;
             self.choice(factor * whole, factor == 1.0, |b, _, time| match b.kind {
-                CandidateKind::Planned => {
-                    b.experiment != e || b.measurement.motion().is_none() || time <= end
-                }
+                CandidateKind::Planned => b.experiment != e || time <= end,
                 CandidateKind::Later => b.experiment == e && factor > 1.0,
                 CandidateKind::MarkerPosition(_) | CandidateKind::Between(_) => false,
             })

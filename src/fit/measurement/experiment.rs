@@ -18,11 +18,15 @@ use crate::fit::measurement::Measurement;
 use crate::fit::measurement::motion::{PointMotion, Sample};
 use crate::fit::structure::structure_problem::representative_problem;
 use crate::problem::Problem;
-use crate::scene::StructureScene;
+use crate::scene::{Parameter, StructureScene};
 use std::borrow::Cow;
 
 /// Work of a static solution, in time steps: both take about as many Newton iterations in total.
 const STEPS_OF_REST: f64 = 20.0;
+
+/// Part of a critical load that the scene has while the mesh is chosen: the rod is stable, and the mesh suits the lowest
+/// mode under the load.
+const PART_OF_CRITICAL_LOAD: f64 = 0.5;
 
 /// A scene with its measurements. Several experiments may share parameters.
 #[derive(Clone, Debug)]
@@ -33,12 +37,15 @@ pub struct Experiment {
     pub problem: Problem,
     /// Measurements of the rod.
     pub measurements: Vec<Measurement>,
+    /// Loads of the scene that [`set_test_loads`](Self::set_test_loads) replaced, with their own values.
+    pub(crate) own_loads: Vec<(Parameter, f64)>,
 }
 
 impl Experiment {
     /// An experiment with a prepared scene, without measurements yet.
     pub fn new(name: impl Into<String>, problem: &Problem) -> Self {
-        Self { name: name.into(), problem: problem.clone(), measurements: Vec::new() }
+        let (problem, measurements) = (problem.clone(), Vec::new());
+        Self { name: name.into(), problem, measurements, own_loads: Vec::new() }
     }
 
     /// An experiment with a structure, without measurements yet. Its parameters are the numbers of the structure, such
@@ -53,7 +60,37 @@ impl Experiment {
     /// The experiment with another measurement after those that it has.
     pub fn observe(mut self, measurement: impl Into<Measurement>) -> Self {
         self.measurements.push(measurement.into());
+        if !self.own_loads.is_empty() {
+            self.set_test_loads();
+        }
         self
+    }
+
+    /// Replaces loads of the scene if all measurements are load-deflection curves and critical loads, so that the mesh
+    /// is chosen for a loaded rod. The load of a curve becomes its largest value, and a critical load
+    /// [`PART_OF_CRITICAL_LOAD`] of it. Their own values are kept: each curve and critical load is simulated with the
+    /// other loads as the scene has them. With any other measurement all loads are those of the scene. A load that the
+    /// scene cannot have is left to the check of the measurement.
+    pub(crate) fn set_test_loads(&mut self) {
+        if let Ok(own) = self.problem.with(std::mem::take(&mut self.own_loads)) {
+            self.problem = own;
+        }
+        let of = |m: &Measurement| match (m.load_curve(), m.buckling()) {
+            (Some(curve), _) => Some((curve.load, curve.largest_load())),
+            (_, Some(own)) => Some((own.load, PART_OF_CRITICAL_LOAD * own.value)),
+            _ => None,
+        };
+        let loads: Option<Vec<_>> = self.measurements.iter().map(of).collect();
+        for (load, value) in loads.unwrap_or_default() {
+            let own = load.of(self.problem.scene());
+            if let (Some(own), Ok(loaded)) = (own, self.problem.with([(load, value)])) {
+                self.problem = loaded;
+                // Of several measurements with one load the first has the value of the scene.
+                if self.own_loads.iter().all(|(other, _)| *other != load) {
+                    self.own_loads.push((load, own));
+                }
+            }
+        }
     }
 
     /// The experiment with all measurements as validation data: predicted, not fitted.

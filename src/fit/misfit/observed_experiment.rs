@@ -23,7 +23,7 @@ use crate::fit::measurement::MeasuredData;
 use crate::fit::measurement::experiment::Experiment;
 use crate::fit::measurement::loss::Loss;
 use crate::fit::measurement::quantity::GaugeScalar;
-use crate::fit::measurement::simulated::{LoadCase, Requirements, SimulatedOutput};
+use crate::fit::measurement::simulated::{BucklingCase, LoadCase, Requirements, SimulatedOutput};
 use crate::fit::misfit::camera::View;
 use crate::fit::structure::structure_frequencies::structure_frequencies;
 use crate::fit::structure::structure_problem::structure_of;
@@ -51,6 +51,8 @@ pub(crate) struct ObservedExperiment {
     pub(super) required: Requirements,
     /// Work of its static solutions, steps times segments.
     rest_work: f64,
+    /// Loads that the scene has only while the mesh is chosen, with the values of the scene itself.
+    own_loads: Vec<(Parameter, f64)>,
 }
 
 /// Values of one measurement with their weights and their loss.
@@ -92,6 +94,7 @@ impl ObservedExperiment {
             series: Vec::new(),
             required: Requirements::default(),
             rest_work: experiment.rest_work(),
+            own_loads: experiment.own_loads.clone(),
         };
         for (measurement, sigma) in experiment.measurements.iter().zip(sigmas) {
             let mut data = measurement.data.clone();
@@ -259,8 +262,17 @@ impl ObservedExperiment {
         problem: &Problem,
         parameters: &[Parameter],
     ) -> Result<Vec<CriticalLoad>, Error> {
-        let cases = self.required.buckling_cases.iter();
-        cases.map(|case| problem.critical_load(case.load, case.expected, parameters)).collect()
+        let critical = |case: &BucklingCase| {
+            let problem = problem.with_fixed_layout(self.other_loads(case.load))?;
+            problem.critical_load(case.load, case.expected, parameters)
+        };
+        self.required.buckling_cases.iter().map(critical).collect()
+    }
+
+    /// The loads that the scene has only while the mesh is chosen, but for `load`, with the values of the scene itself:
+    /// a test with one load has the others as the scene has them.
+    fn other_loads(&self, load: Parameter) -> impl Iterator<Item = (Parameter, f64)> {
+        self.own_loads.iter().copied().filter(move |(other, _)| *other != load)
     }
 
     /// The equilibria of the required load cases, in their order, with derivatives by `parameters`. Those of one
@@ -277,7 +289,10 @@ impl ObservedExperiment {
             let cases = series.data.requirements().load_cases;
             let Some(LoadCase { point, .. }) = cases.first() else { continue };
             let tracked: Vec<usize> = problem.nodes_around(*point)?.collect();
-            let under_load = |case: &LoadCase| problem.with_fixed_layout([(case.load, case.value)]);
+            let under_load = |case: &LoadCase| {
+                let loads = self.other_loads(case.load).chain([(case.load, case.value)]);
+                problem.with_fixed_layout(loads)
+            };
             let problems = cases.iter().map(under_load).collect::<Result<Vec<_>, Error>>()?;
             let mut own = Trajectory::load_path(&problems, &tracked, parameters)?;
             // The loads of a curve are proportional to the number in the scene: an error of it scales all of them.

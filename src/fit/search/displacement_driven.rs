@@ -178,7 +178,9 @@ impl Search<'_> {
         self.leverage_weights.clear();
         let residuals = self.all_residuals()?;
         let jacobian = residuals.plain_jacobian(&x)?;
-        self.leverage_weights = weights_by_leverage(&jacobian);
+        // Rows of priors are behind those of the measurements, and have the weight 1.
+        let measured: usize = residuals.counts().iter().sum();
+        self.leverage_weights = weights_by_leverage(&jacobian[..measured]);
         let mut start = Evaluation {
             residuals: residuals.plain_residuals(&x)?,
             jacobian: Some(jacobian),
@@ -190,7 +192,7 @@ impl Search<'_> {
             let from = start.x.clone();
             let known = self.all_residuals()?.with_evaluation(start);
             let near = self.optimize(known, &from, BETWEEN_WEIGHTINGS, Some(SearchStage::Full))?;
-            let weights = weights_by_leverage(&near.jacobian);
+            let weights = weights_by_leverage(&near.jacobian[..measured]);
             start = near.into_evaluation();
             if are_alike(&weights, &self.leverage_weights, SAME_WEIGHT) {
                 break;
@@ -204,8 +206,8 @@ impl Search<'_> {
     }
 }
 
-/// The leverage weight of every row of the Jacobian `J` in units of the noise, also of the rows of priors. The leverage
-/// of row `i` is `sqrt(sum_j J_ij^2/sum_k J_kj^2)`, without columns with a norm below [`NO_EFFECT`]. Above
+/// The leverage weights of the residuals of measurements, from their rows of the Jacobian in units of the noise. The
+/// leverage of row `i` is `sqrt(sum_j J_ij^2/sum_k J_kj^2)`, without columns below [`NO_EFFECT`]; above
 /// [`MAX_LEVERAGE`] medians of the nonzero leverages the weight is this limit over the leverage, else 1. Empty where
 /// all are 1.
 fn weights_by_leverage(rows: &[Vec<f64>]) -> Vec<f64> {

@@ -18,6 +18,9 @@ use crate::programs::c3d_parameters::{Parameters, float, word};
 use crate::signatures::{C3D_BLOCK as BLOCK, C3D_MARK as MARK};
 use std::path::Path;
 
+/// Largest count of points, and largest number of a block: the header has 16 bits for each.
+const LARGEST: f64 = 65535.0;
+
 /// The data of a file: counts, formats and place of the frames.
 struct DataLayout {
     points: usize,
@@ -157,7 +160,8 @@ fn layout(bytes: &[u8], parameters: &Parameters) -> Option<Result<DataLayout, St
         let block = agreed("DATA_START", f64::from(block))?;
         let rate = number("RATE").filter(|rate| *rate != 0.0).unwrap_or(f64::from(rate));
         let scale = number("SCALE").filter(|scale| *scale != 0.0).unwrap_or(f64::from(scale));
-        if points < 1.0 {
+        // Comparisons with a number that is not finite are false.
+        if !(1.0..=LARGEST).contains(&points) {
             return Err("found no point, allowed: at least one point in space".into());
         }
         if !(rate.is_finite() && rate > 0.0) {
@@ -170,7 +174,7 @@ fn layout(bytes: &[u8], parameters: &Parameters) -> Option<Result<DataLayout, St
                 "found POINT:SCALE = {scale}, allowed: a finite number other than 0"
             ));
         }
-        if block < 2.0 {
+        if !(2.0..=LARGEST).contains(&block) {
             return Err(format!(
                 "found POINT:DATA_START = {block}, allowed: a block behind the header"
             ));

@@ -131,18 +131,19 @@ fn read_text(path: &Path, bytes: &[u8]) -> Result<MarkerFile, Error> {
         if line.field(0).contains(':') {
             return Err(time_code(&lines, line));
         }
-        let fields = line.fields().filter(|field| !field.is_empty()).count();
-        if fields != 3 {
-            let found = format!("{fields} numbers");
+        // Aligned columns have several spaces between them.
+        let filled: Vec<usize> = (0..line.len()).filter(|i| !line.field(*i).is_empty()).collect();
+        let [t, x, y] = filled[..] else {
+            let found = format!("{} numbers", filled.len());
             return lines.rejected(line.number, &found, "three numbers: T, X and Y");
-        }
+        };
         // A blank line separates trajectories.
         if last.is_none_or(|last| line.number > last + 1) {
             count += 1;
         }
         last = Some(line.number);
-        let row = FrameReading { line: line.number, clock: lines.required_number(line, 0, "T")? };
-        let position = [lines.number(line, 1, "X")?, lines.number(line, 2, "Y")?, None];
+        let row = FrameReading { line: line.number, clock: lines.required_number(line, t, "T")? };
+        let position = [lines.number(line, x, "X")?, lines.number(line, y, "Y")?, None];
         detections.add(row, name.as_deref().unwrap_or(&count.to_string()), position, None);
     }
     let table = detections.table(&lines, [true, true, false], false)?;

@@ -47,7 +47,13 @@ fn of_table(path: &Path, table: &Table) -> Result<MarkerFile, Error> {
     let Some(column) = clocks.into_iter().find_map(|name| table.find(name)) else {
         return Err(table.error(1, "found no column t, time or frame, allowed: one of these"));
     };
-    let clock = match table.columns[column].0 == "frame" {
+    let is_frame = table.columns[column].0 == "frame";
+    // A frame number is a count; a unit would contradict the frame rate.
+    if let Some(unit) = table.columns[column].1.as_ref().filter(|_| is_frame) {
+        let message = format!("found the unit [{unit}] of `frame`, allowed: no unit");
+        return Err(table.error(1, &message));
+    }
+    let clock = match is_frame {
         true => Clock::Frames { first: 0.0, rate: None },
         false => Clock::Time(table.factor(column, &TIMES, "")?),
     };

@@ -67,7 +67,9 @@ pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<MarkerFile, Error> {
         return lines.rejected(header.number, "no node", "NODE.x and NODE.y of at least one node");
     }
     // Nodes of several animals need the track in their names.
-    let several = rows.iter().any(|line| line.field(track) != rows[0].field(track));
+    let mut filled = rows.iter().filter(|line| !line.is_empty());
+    let first = filled.next().map(|line| line.field(track));
+    let several = filled.any(|line| Some(line.field(track)) != first);
     let mut detections = Detections::default();
     for line in rows.iter().filter(|line| !line.is_empty()) {
         // A row with a missing field would shift all coordinates behind it.

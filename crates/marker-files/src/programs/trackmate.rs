@@ -38,7 +38,8 @@ pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<MarkerFile, Error> {
     let [track, x, y, z, frame] = columns;
     let time = header.fields().position(|field| field == "POSITION_T");
     // Descriptive names, and units in parentheses.
-    let is_name = |line: &&FieldLine| !line.is_empty() && line.field(x).parse::<f64>().is_err();
+    let is_name =
+        |line: &&FieldLine| !line.field(x).is_empty() && line.field(x).parse::<f64>().is_err();
     let named = below.iter().take(3).take_while(is_name).count();
     let units = below[..named].iter().find(|line| line.field(x).starts_with('('));
     let stated =

@@ -19,7 +19,9 @@
 //! The [`NoiseModel`] has two results per unknown. The inflation is the standard deviation over that for white noise.
 //! The degrees of freedom of its variance (Satterthwaite 1946; none where it is known) determine Student's t of the
 //! intervals. It also has the score covariance `J'VJ` over the common variance (none for white noise), for the
-//! covariance of the estimates. `variance_along` returns the variance along a direction of the weighted residuals.
+//! covariance of the estimates. It contains the errors of
+//! [estimated weights](crate::fit::uncertainty::noise::estimated_weights) where these change a standard deviation by
+//! more than [`NEGLIGIBLE`]. `variance_along` returns the variance along a direction of the weighted residuals.
 //!
 //! `coverage_factor` and `one_sided_factor` return the quantiles of two-sided and one-sided 95 % intervals of an
 //! unknown, in standard deviations.
@@ -28,6 +30,9 @@ use crate::fit::misfit::residual_tests::innovation_p_value;
 use crate::fit::search::fitted::Fitted;
 use crate::fit::uncertainty::noise::coordinate_series::{CoordinateSeries, coordinate_series};
 use crate::fit::uncertainty::noise::coverage_factor::{one_sided95, quantile95};
+use crate::fit::uncertainty::noise::estimated_weights::{
+    EstimatedInformation, information_with_estimated_weights, weight_errors,
+};
 use crate::fit::uncertainty::noise::residual_noise::ResidualNoise;
 use nalgebra::{DMatrix, SymmetricEigen};
 
@@ -42,6 +47,8 @@ const ZERO_EIGENVALUE: f64 = 1e-12;
 /// Step of a correlation `r`, over `1 - r`, for the numerical derivative of a variance by it. Larger: truncation error;
 /// smaller: rounding error.
 const CORRELATION_STEP: f64 = 1e-3;
+/// Largest relative change of a standard deviation by the errors of estimated weights that is left out.
+const NEGLIGIBLE: f64 = 5e-3;
 
 /// Noise of all coordinates, and its effect on every unknown.
 pub(crate) struct NoiseModel {
@@ -61,7 +68,7 @@ impl NoiseModel {
     /// [`COLORED_INNOVATIONS`] becomes white with the common variance, and the rounds are repeated. The inflation is
     /// the root of the ratio of the variances of an unknown with this noise and with white noise. The list of series is
     /// empty, and the noise counts as white, where the residuals are rounding errors or have no variance. For white
-    /// noise the inflation is 1, and there is no score covariance.
+    /// noise the inflation is 1, and there is no score covariance, unless estimated weights have errors.
     pub fn new(fitted: Fitted, rows: &[Vec<f64>], noise: &ResidualNoise) -> Self {
         let Fitted { search, optimum } = fitted;
         let n = search.unknowns.len();
@@ -74,9 +81,10 @@ impl NoiseModel {
         if search.is_rounding(optimum) || !noise.variance.is_normal() {
             return found;
         }
-        // Most records have white noise and end here: the covariance is then that of Gauss and Newton.
         found.series = coordinate_series(fitted, rows, noise);
-        if found.is_white() {
+        let estimated = information_with_estimated_weights(fitted, rows);
+        // Most records have white noise and end here: the covariance is then that of Gauss and Newton.
+        if found.is_white() && estimated.is_empty() {
             return found;
         }
         let all_rows = DMatrix::from_fn(rows.len(), n, |a, j| rows[a][j]);
@@ -84,7 +92,7 @@ impl NoiseModel {
         let inverse = pseudo_inverse(&normal);
         // Rows in no series, such as those of priors, have the common white noise.
         let in_series = found.series.iter().map(CoordinateSeries::normal_matrix);
-        let others = &normal - in_series.sum::<DMatrix<f64>>();
+        let others = in_series.fold(normal.clone(), |rest, own| rest - own);
         let score_covariance = |series: &[CoordinateSeries]| {
             let zero = DMatrix::zeros(n, n);
             let sum = series.iter().fold(zero, |sum, s| sum + s.score_covariance());
@@ -106,17 +114,30 @@ impl NoiseModel {
             }
             rejected.for_each(|series| series.set_uncorrelated(noise.variance));
         }
-        if found.is_white() {
+        let scores = match found.is_white() {
+            true => noise.variance * &normal,
+            false => score_covariance(&found.series),
+        };
+        let covariance = &inverse * &scores * &inverse;
+        found.degrees_of_freedom =
+            degrees_of_freedom(&found.series, &estimated, &inverse, &covariance, noise);
+        // Errors of estimated weights add to the covariance of the gradient.
+        let errors = noise.variance * weight_errors(&estimated, &inverse);
+        let with_errors = &covariance + &inverse * &errors * &inverse;
+        let change = |j: usize| (with_errors[(j, j)] / covariance[(j, j)]).sqrt() - 1.0;
+        let are_negligible = !(0..n).any(|j| change(j) > NEGLIGIBLE);
+        if found.is_white() && are_negligible {
             return found;
         }
-        let scores = score_covariance(&found.series);
-        let covariance = &inverse * &scores * &inverse;
+        let [scores, covariance] = match are_negligible {
+            true => [scores, covariance],
+            false => [scores + errors, with_errors],
+        };
         // Inflation of the standard deviation of each unknown.
         for j in (0..n).filter(|j| covariance[(*j, *j)] > 0.0) {
             let white = noise.variance * inverse[(j, j)];
             found.inflation[j] = (covariance[(j, j)] / white).sqrt();
         }
-        found.degrees_of_freedom = degrees_of_freedom(&found.series, &inverse, &covariance, noise);
         found.score_covariance = Some(scores / noise.variance);
         found
     }
@@ -173,13 +194,14 @@ impl NoiseModel {
 }
 
 /// Degrees of freedom of the variance of each unknown; none where it is known. They are `2/e^2` for the relative error
-/// `e` of the variance. Let `s` be the fraction of the variance of the unknown that stems from a series of `n` values.
-/// Its variance adds `2 s^2/n` to `e^2`, unless sigma is stated; its correlation `r` adds `t^2 (1 - r^2)/n`, with the
-/// numerical derivative `t` of the relative variance. The common variance adds `2 s^2/nu` for the fraction `s` that
-/// stems from it, with its degrees of freedom `nu` (0 where it is known). `inverse` is that of the normal matrix,
-/// `covariance` that of the unknowns.
+/// `e` of the variance. Let `s` be the share of a series of `n` values in the variance of the unknown. Its variance
+/// adds `2 s^2/n` to `e^2`, unless sigma is stated; its correlation `r` adds `t^2 (1 - r^2)/n`, with the numerical
+/// derivative `t` of the relative variance. The common variance adds `2 s^2/nu` for its remaining share and its degrees
+/// of freedom `nu`; where measurements have variances of their own (`estimated`), each adds this for its own share.
+/// `inverse` is that of the normal matrix, `covariance` that of the unknowns.
 fn degrees_of_freedom(
     series: &[CoordinateSeries],
+    estimated: &[EstimatedInformation],
     inverse: &DMatrix<f64>,
     covariance: &DMatrix<f64>,
     noise: &ResidualNoise,
@@ -207,6 +229,18 @@ fn degrees_of_freedom(
                 error[j] += slope * slope * (1.0 - s.correlation.powi(2)) / count;
             }
         }
+    }
+    for EstimatedInformation { measurement, normal, degrees_of_freedom } in estimated {
+        let own = series.iter().filter(|s| s.has_own_noise() && s.measurement == *measurement);
+        let rest = own.fold(normal.clone(), |rest, series| rest - series.normal_matrix());
+        let part = noise.variance * (inverse * rest * inverse);
+        for j in (0..n).filter(|j| covariance[(*j, *j)] > 0.0) {
+            error[j] += 2.0 * (part[(j, j)] / covariance[(j, j)]).powi(2) / degrees_of_freedom;
+        }
+    }
+    if !estimated.is_empty() {
+        // Stated sigmas and priors have no error.
+        common.fill(0.0);
     }
     let freedom = |(error, common): (f64, f64)| {
         let of_common = noise.degrees_of_freedom.map_or(0.0, |own| 2.0 * common.powi(2) / own);
