@@ -157,8 +157,8 @@ pub struct SimulationReport {
     pub vector_unit: String,
     /// Rows `[t, x, y, z]` of the tip from t = 0, s and m in world axes.
     pub tip: Vec<[f64; 4]>,
-    /// Rows `[t, kinetic, stretch, bend, twist, potential]`, s and J; user-defined energies are
-    /// part of the potential.
+    /// Rows `[t, kinetic, stretch, bend, twist, potential]`, s and J; user-defined energies, tendons and
+    /// contacts are part of the potential.
     pub energy: Vec<[f64; 6]>,
     /// Reactions of the supports at every step, if requested.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]

@@ -26,7 +26,7 @@ pub struct Stretch<D, const M: usize> {
     pub stiffness: D,
     /// Rest length, m.
     pub rest_length: D,
-    /// Strain at which the edge is free of stress; not zero in viscous steps only.
+    /// Strain at which the edge is free of stress; not zero with actuators of the stretch and in viscous steps only.
     pub natural_strain: D,
 }
 

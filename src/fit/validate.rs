@@ -1,17 +1,18 @@
 //! Validation of a fit before any simulation.
 //!
 //! Input: experiments, unknowns and options of the analysis. [`check`] is for fits. It rejects missing data or
-//! unknowns, and fewer values, priors included, than unknowns (one more if a sigma is missing). It also rejects
-//! duplicate names, values of keys out of range, parameters or points that a scene does not have, and starts that make
-//! the rod too short for an observed point. A measurement without sigma beside others needs [`FEW`] values.
-//! [`check_predicted`] is for validation data without a fit, and [`check_recorded`] rejects planned measurements.
-//! [`Measurement::check_units`] rejects positions in a wrong unit, whose median distance from the wall exceeds
-//! [`FARTHEST`] rod lengths. Output: `Ok`, or the first [`Error::Invalid`] with the key in the fit file or the file,
-//! the value found, and the allowed values.
+//! unknowns, and fewer values, priors included, than unknowns (one more if a sigma is missing). Constant coordinates
+//! are no values of a fit. It also rejects duplicate names, values of keys out of range, parameters or points that a
+//! scene does not have, and starts that make the rod too short for an observed point. A measurement without sigma
+//! beside others needs [`FEW`] values. [`check_predicted`] is for validation data without a fit, and [`check_recorded`]
+//! rejects planned measurements. [`Measurement::check_units`] rejects positions in a wrong unit, whose median distance
+//! from the wall exceeds [`FARTHEST`] rod lengths. Output: `Ok`, or the first [`Error::Invalid`] with the key in the
+//! fit file or the file, the value found, and the allowed values.
 
 use crate::error::{Error, ensure};
 use crate::fit::measurement::Measurement;
 use crate::fit::measurement::camera_needs::camera_needs;
+use crate::fit::measurement::constant_axes::without_constant_axes;
 use crate::fit::measurement::dataset::ValidationContext;
 use crate::fit::measurement::experiment::{Experiment, all, fitted};
 use crate::fit::measurement::motion::PointMotion;
@@ -40,6 +41,7 @@ const FARTHEST: f64 = 2.5;
 
 /// Rejects a fit that cannot be solved: without fitted measurements or unknowns, or with fewer values of fitted
 /// measurements (and priors) than unknowns. If any sigma of these is not given, one more value is needed for the noise.
+/// Constant coordinates, which a fit leaves out, are not counted.
 /// Between these checks of the existence of data and of their number, it checks names of experiments, unknowns,
 /// `[analysis]`, and for each experiment its measurements (validation data too) and the starts. The first error is
 /// returned.
@@ -65,7 +67,12 @@ pub(crate) fn check(
         check_measurements(experiment, unknowns, several)?;
         check_starts(experiment, unknowns)?;
     }
-    let values: usize = all(&fitted).map(|(_, m)| m.values()).sum();
+    let count =
+        |experiments: &[Experiment]| -> usize { all(experiments).map(|(_, m)| m.values()).sum() };
+    // A fit leaves constant coordinates out.
+    let varying: Vec<Experiment> =
+        fitted.iter().map(|e| without_constant_axes(e, unknowns)).collect();
+    let (recorded, values) = (count(&fitted), count(&varying));
     let priors = unknowns.iter().filter(|u| u.prior.is_some()).count();
     // An unknown noise takes one more value.
     let known = all(&fitted).all(|(_, m)| m.sigma().is_some());
@@ -74,7 +81,11 @@ pub(crate) fn check(
         true => format!("at least {needed}, as many as parameters"),
         false => format!("at least {needed}, one more than parameters without a sigma"),
     };
-    ensure(values + priors >= needed, "observation", format!("{values} values"), allowed)
+    let found = match values == recorded {
+        true => format!("{values} values"),
+        false => format!("{values} values that are not of a constant coordinate"),
+    };
+    ensure(values + priors >= needed, "observation", found, allowed)
 }
 
 /// Rejects values of `[analysis]` outside of their ranges: numbers of replicates (0, or 2 to [`MOST_REPLICATES`]), the

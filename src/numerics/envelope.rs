@@ -190,10 +190,10 @@ impl<D: Scalar> Envelope<D> {
 }
 
 /// An order of the vertices of a graph with a small envelope: Cuthill and McKee's, reversed (George and Liu 1981).
-/// `neighbors` has the list of neighbors of each vertex, each once. Returns the vertices in their new order. A
-/// breadth-first search, vertices with few neighbors first, runs through each connected part from a vertex with the
-/// fewest neighbors. It is repeated from its last vertex, and this second search is the order of the part before the
-/// reversal.
+/// `neighbors` has the list of neighbors of each vertex, which may have one several times. Returns every vertex once,
+/// in their new order. A breadth-first search, vertices with few entries in their list first, runs through each
+/// connected part from a vertex with the fewest entries. It is repeated from its last vertex, and this second search is
+/// the order of the part before the reversal.
 pub fn reverse_cuthill_mckee(neighbors: &[Vec<usize>]) -> Vec<usize> {
     let mut order = Vec::with_capacity(neighbors.len());
     let mut seen = vec![false; neighbors.len()];
@@ -213,10 +213,11 @@ pub fn reverse_cuthill_mckee(neighbors: &[Vec<usize>]) -> Vec<usize> {
                 let mut near: Vec<usize> =
                     neighbors[order[next]].iter().copied().filter(|i| !reached[*i]).collect();
                 near.sort_by_key(|i| degree(*i));
-                near.dedup();
                 for i in near {
-                    reached[i] = true;
-                    order.push(i);
+                    // A neighbor may be listed several times.
+                    if !std::mem::replace(&mut reached[i], true) {
+                        order.push(i);
+                    }
                 }
                 next += 1;
             }
@@ -308,5 +309,16 @@ mod tests {
         }
         let order = reverse_cuthill_mckee(&neighbors);
         assert!(order.windows(2).all(|pair| neighbors[pair[0]].contains(&pair[1])));
+    }
+
+    /// A star of three leaves with double edges, and one more pair of vertices: leaves of equal degree are listed
+    /// twice, not next to each other. The order is a permutation of all vertices.
+    #[test]
+    fn repeated_neighbors_are_numbered_once() {
+        let star = [vec![1, 1], vec![0, 2, 3, 0, 2, 3], vec![1, 1], vec![1, 1]];
+        let neighbors: Vec<Vec<usize>> = star.into_iter().chain([vec![5], vec![4]]).collect();
+        let mut order = reverse_cuthill_mckee(&neighbors);
+        order.sort_unstable();
+        assert_eq!(order, [0, 1, 2, 3, 4, 5]);
     }
 }

@@ -20,8 +20,8 @@
 //! change must be below `LARGEST_CHANGE_RATIO` of that of the last such step. That yields the minimum to rounding. The
 //! minimum is also reached if no step lowers the cost at such a small change, or if the predicted decrease is below
 //! `COST_ROUNDING` of the cost. If the residuals themselves are rounding errors, the search may end with "no step
-//! lowers the cost". Errors: bounds or longest steps of a wrong number, a missing start value, and a problem that
-//! fails, or is not finite, at the start or in the last trial.
+//! lowers the cost". Errors: bounds or longest steps of a wrong number, bounds that are not ascending, negative
+//! longest steps, a missing start value, and a problem that fails, or is not finite, at the start or in the last trial.
 //!
 //! A misfit may have corners, for example where strands of a cable begin to slip. There a Gauss-Newton step predicts
 //! a decrease that no step achieves. The search ends after a shortened step that lowers the cost by less than a step
@@ -275,7 +275,8 @@ where
     }
 
     /// The state of argmin at the start value moved into the bounds, with residuals, Jacobian and cost. An error
-    /// without a start value, for bounds or longest steps of another number, or from the problem.
+    /// without a start value, for bounds or longest steps of another number, for bounds that are descending or NaN, for
+    /// longest steps that are negative or NaN, or from the problem.
     fn init(
         &mut self,
         problem: &mut Problem<O>,
@@ -291,6 +292,13 @@ where
             return Err(argmin::argmin_error!(
                 InvalidParameter,
                 "Levenberg-Marquardt needs one pair of bounds, and one longest step, per unknown"
+            ));
+        }
+        let are_ascending = self.bounds.iter().all(|[low, high]| low <= high);
+        if !are_ascending || !self.longest_steps.iter().all(|longest| *longest >= 0.0) {
+            return Err(argmin::argmin_error!(
+                InvalidParameter,
+                "Levenberg-Marquardt needs ascending bounds, and longest steps that are not negative"
             ));
         }
         let x = clamp(start, &self.bounds);

@@ -46,7 +46,10 @@ fn first_card(report: &ValidationReport) -> String {
         .text("worst", |s| quantity(s.worst, &s.unit))
         .text("worst measurement", |s| s.worst_observation.clone());
     let failed = report.failed.iter();
-    let failed = failed.map(|f| format!("not simulated: {} ({})", f.experiment, f.reason));
+    let failed = failed.map(|f| {
+        let name = if f.experiment.is_empty() { "the scene" } else { &f.experiment };
+        format!("not simulated: {name} ({})", f.reason)
+    });
     let messages: Vec<String> = failed.chain(report.warnings.clone()).collect();
     let tone = if messages.is_empty() { Tone::Good } else { Tone::Doubtful };
     let warnings = MessageList { heading: "Warnings", messages };
@@ -67,4 +70,29 @@ fn error_table(errors: &[MeasurementError]) -> String {
         .text("relative RMS", |e| e.remarks().replace("sigma", "\u{3c3}"));
     note("Absolute differences between simulated and measured values.")
         + &table.render_folded(SHOWN_MEASUREMENTS, "measurements")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fit::FailedPrediction;
+
+    #[test]
+    fn failed_experiment_without_a_name_is_the_scene() {
+        let failed =
+            vec![FailedPrediction { experiment: String::new(), reason: "no equilibrium".into() }];
+        let report = ValidationReport {
+            summary: Vec::new(),
+            errors: Vec::new(),
+            recordings: None,
+            failed,
+            resolution: Vec::new(),
+            warnings: Vec::new(),
+            warning_codes: Vec::new(),
+            wall_seconds: 0.0,
+            plot_data: None,
+        };
+        let shown = first_card(&report);
+        assert!(shown.contains("not simulated: the scene (no equilibrium)"), "{shown}");
+    }
 }

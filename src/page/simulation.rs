@@ -132,9 +132,9 @@ pub(super) fn snapshots(frames: &[Frame], planes: &[DrawingPlane]) -> String {
     planes.iter().map(|plane| strip(&snapshots, *plane, "The rod", "")).collect()
 }
 
-/// The figure of the energies, J, over time (HTML): total, kinetic, bending, stretching, twisting, loads and
-/// user-defined ones, without those that stay zero. The potential of the loads has an arbitrary zero: its change since
-/// the start is shown, also in the total.
+/// The figure of the energies, J, over time (HTML): total, kinetic, bending, stretching, twisting, loads, and contacts
+/// with tendons and user-defined energies, without those that stay zero. The potential of the loads has an arbitrary
+/// zero: its change since the start is shown, also in the total.
 pub(super) fn energy(samples: &[FilmSample]) -> String {
     type Term = (&'static str, fn(&Energies) -> f64);
     let terms: [Term; 7] = [
@@ -144,7 +144,7 @@ pub(super) fn energy(samples: &[FilmSample]) -> String {
         ("stretching", |e| e.stretch),
         ("twisting", |e| e.twist),
         ("potential of the loads, change", |e| e.potential),
-        ("user-defined", |e| e.own),
+        ("contacts, tendons and user-defined", |e| e.own),
     ];
     let start = samples.first().map_or(0.0, |sample| sample.energies.potential);
     let change =
@@ -154,7 +154,7 @@ pub(super) fn energy(samples: &[FilmSample]) -> String {
     let y = ChartAxis::new("energy", &Scale::for_values(all, "J"));
     let mut chart = PageChart::new(time_axis(samples), y, [760.0, 360.0]);
     for (k, (name, term)) in terms.iter().enumerate() {
-        // A planar rod has no energy of twist, and most rods no user-defined one.
+        // A planar rod has no energy of twist, and most rods neither contacts nor tendons.
         if energies.iter().any(|e| term(e).abs() > 0.0) {
             let points = samples.iter().zip(&energies).map(|(s, e)| [s.time, term(e)]);
             let color = if k == 0 { "var(--ink)".into() } else { series_color(k - 1) };
@@ -210,4 +210,20 @@ pub(super) fn run_settings(
         .row("mesh", mesh)
         .row_if_any("time step", time.map(|time| time_steps(time.step_size(), time.end)))
         .row_if_any("scheme", time.map(|time| time.scheme.name()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The energy `own` is not only that of user-defined energies.
+    #[test]
+    fn energy_of_contacts_has_their_name_in_the_figure() {
+        let sample = |time: f64| {
+            let energies = Energies { kinetic: 1.0 - time, own: time, ..Energies::default() };
+            FilmSample { time, tip: [0.0; 3], energies }
+        };
+        let figure = energy(&[sample(0.0), sample(0.5), sample(1.0)]);
+        assert!(figure.contains("contacts, tendons and user-defined"), "{figure}");
+    }
 }

@@ -1,8 +1,9 @@
 //! The page of a work-precision study: error of the tip against wall time over schemes, time steps and meshes.
 //!
 //! Input is the study. The first card has the fastest settings (scheme, step, mesh) for each of several errors of the
-//! tip over the length, and the error of the reference. A plot has a dot per run and a line through the best runs of
-//! each scheme; a folded table has all runs. Output is a self-contained HTML page.
+//! tip over the length, and the estimated error of the reference. It has the color of a failure if no run reaches any
+//! of these errors. A plot has a dot per run and a line through the best runs of each scheme; a folded table has all
+//! runs. Output is a self-contained HTML page.
 
 use crate::numerics::total_order;
 use crate::page::card::card;
@@ -19,13 +20,14 @@ use crate::summary::Tone;
 /// folded table of all runs. `scene` names the scene.
 pub fn study_page(study: &Study, scene: &str) -> String {
     let reference = format!(
-        "The reference is extrapolated from finer meshes than any other. Its own error is at most {} of the length.",
+        "The reference is finer than all runs. Its estimated error is {} of the length.",
         scientific(study.reference_error, 1)
     );
     let content = recommended_settings(study) + &note(&reference);
     let headline = "Fastest settings for an error of the tip";
     let runs = folded(&format!("all {} runs", study.rows.len()), &run_table(study));
-    let body = card(Tone::Good, headline, &content, &[])
+    let is_reached = study.advice.iter().any(|advice| advice.row.is_some());
+    let body = card(Tone::of_result(is_reached, false), headline, &content, &[])
         + &section("Error and cost", &(work_precision(study) + &runs));
     page("Study", scene, &body, None)
 }
@@ -97,4 +99,33 @@ fn work_precision(study: &Study) -> String {
         &chart,
         "dots: runs; lines: the best of each scheme",
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::Scheme;
+    use crate::study::FastestRun;
+
+    /// No run has an error below 0.1 of the length.
+    #[test]
+    fn study_without_an_accurate_run_has_the_color_of_a_failure() {
+        let row = |error: f64, wall_seconds: f64| StudyRow {
+            scheme: Scheme::NewmarkBeta,
+            beta: 0.5,
+            step: 1e-3,
+            segments: 10,
+            error: Some(error),
+            step_error: Some(error),
+            mesh_error: 0.1,
+            wall_seconds,
+            newton_iterations: 3,
+            energy_drift: 0.01,
+            status: "completed".into(),
+        };
+        let rows = vec![row(0.5, 0.1), row(0.3, 0.2)];
+        let advice = vec![FastestRun { error: 0.1, row: None }];
+        let page = study_page(&Study { rows, reference_error: 0.3, advice }, "scene");
+        assert!(page.contains("<section class=\"verdict bad\""));
+    }
 }

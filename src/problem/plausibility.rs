@@ -11,6 +11,7 @@
 //! rod or of a contact, which they do not have.
 
 use crate::code::Code;
+use crate::numerics::vector::{dot, sub};
 use crate::problem::Problem;
 use crate::scene::{Contact, InitialState, Scene, Section, Shape};
 
@@ -114,12 +115,15 @@ impl Problem {
         scene.gravity_left_out && scene.loads.gravity == [0.0; 3] && !driven && !self.is_vertical()
     }
 
-    /// Whether the rod is straight and within 10 degrees of the y or the z axis ([`VERTICAL`]), either of which points
-    /// up in scenes. False for other shapes.
+    /// Whether the rod at rest, rotated by `supports.angle`, is straight and within 10 degrees of the y or the z axis
+    /// ([`VERTICAL`]), either of which points up in scenes. False for other shapes.
     fn is_vertical(&self) -> bool {
-        let Shape::Straight { direction, .. } = &self.scene.rod.shape else { return false };
-        let length = direction.iter().map(|c| c * c).sum::<f64>().sqrt();
-        direction[1].abs().max(direction[2].abs()) > VERTICAL * length
+        if !matches!(self.scene.rod.shape, Shape::Straight { .. }) {
+            return false;
+        }
+        let nodes = self.rest_positions();
+        let edge = sub(nodes[1], nodes[0]);
+        edge[1].abs().max(edge[2].abs()) > VERTICAL * dot(edge, edge).sqrt()
     }
 }
 
@@ -177,11 +181,27 @@ fn units(scene: &Scene, length: f64) -> Option<String> {
 mod tests {
     use super::*;
     use crate::scene::Material;
+    use std::f64::consts::FRAC_PI_2;
 
     /// Scene of a straight rod of 0.3 m with these numbers, SI.
     fn scene_of(density: f64, modulus: f64, radius: f64) -> Scene {
         let shape = Shape::Straight { length: 0.3, direction: [1.0, 0.0, 0.0] };
         Scene::new(8, shape, Section::Circle { radius }, Material::new(density, modulus))
+    }
+
+    /// A rod along x stands if its clamp is rotated by a right angle, and one along y lies.
+    #[test]
+    fn rotated_clamp_counts_for_the_vertical_rod() {
+        let lacks_gravity = |direction: [f64; 3], angle: f64| {
+            let mut scene = scene_of(1100.0, 1e6, 2e-3);
+            scene.rod.shape = Shape::Straight { length: 0.3, direction };
+            scene.supports.angle = angle;
+            scene.gravity_left_out = true;
+            scene.problem().unwrap().lacks_gravity(Purpose::Rest)
+        };
+        let (x, y) = ([1.0, 0.0, 0.0], [0.0, 1.0, 0.0]);
+        assert!(lacks_gravity(x, 0.0) && !lacks_gravity(y, 0.0));
+        assert!(!lacks_gravity(x, FRAC_PI_2) && lacks_gravity(y, FRAC_PI_2));
     }
 
     #[test]

@@ -2,8 +2,9 @@
 //!
 //! Two kinds of strain are compared. Along each edge it is the absolute relative change of length, with a linear
 //! stretch law only. At each joint it is the strain on the surface by bending: half the thickness times the change of
-//! curvature. In space the latter is a lower bound; shear strain by twist is not included. [`StrainGauge`] holds the
-//! stress-free state of one rod. From the positions of nodes (m) it returns the largest strain (dimensionless), its
+//! curvature. In space the latter is a lower bound; shear strain by twist is not included. Natural strains by actuators
+//! are free of stress and do not count, at the time of the state. [`StrainGauge`] holds the stress-free state of one
+//! rod. From the positions of nodes (m) it returns the largest strain (dimensionless), its
 //! kind, arc length (m) and time (s). [`StrainRecord`] holds the maximum over a motion; its `add` takes one state. Both
 //! return `None` for scenes with recorded markers (`supports.path`), whose distances have tracking errors.
 //! [`LargestStrain::warning`] returns the warning of a strain above [`LARGEST_STRAIN`]. `second_moments_of_bending`
@@ -14,7 +15,9 @@ use crate::energy::bend_twist::JointLaw;
 use crate::numerics::vector::{cross, dot, sub};
 use crate::problem::model_with_setup::AnyModel;
 use crate::problem::{AnyProblem, Problem, with_model};
+use crate::rod::{Actuator, ActuatorEffect, Actuators, EdgeShift, JointShift};
 use crate::scene::{Section, StretchLaw};
+use std::borrow::Cow;
 
 /// Largest strain without a warning, beyond which materials are not linear: the tangent modulus of rubber (neo-Hookean)
 /// is lower by a sixth, and metals and most plastics have yielded.
@@ -49,13 +52,25 @@ impl LargestStrain {
     }
 }
 
+/// Strains at which a rod is free of stress.
+#[derive(Clone, Debug)]
+struct NaturalStrains {
+    /// Relative changes of length of the edges.
+    edges: Vec<f64>,
+    /// Integrated curvatures of the joints, rad: the signed one and zero in the plane, those towards both directors in
+    /// space.
+    joints: Vec<[f64; 2]>,
+}
+
 /// Stress-free state of a rod, from which its strains are measured.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub(crate) struct StrainGauge {
-    /// Stress-free lengths of the edges, m.
+    /// Lengths of the edges at zero strain, m.
     lengths: Vec<f64>,
-    /// Stress-free integrated curvatures of the joints, rad; signed in the plane.
-    natural: Vec<f64>,
+    /// Natural strains with signals at `loads.at_time`.
+    natural: NaturalStrains,
+    /// Actuators that change the natural strains with signals, and their values at `loads.at_time`.
+    actuators: Actuators<f64>,
     /// Half of the thickness at every joint over the mean length of its two edges: strain on the surface over the
     /// change of the integrated curvature.
     slopes: Vec<f64>,
@@ -68,49 +83,80 @@ pub(crate) struct StrainGauge {
 }
 
 impl StrainGauge {
-    /// Gauge with the stress-free lengths and integrated curvatures of the rod of a problem, with signals at
-    /// `loads.at_time`. For every joint it has half the thickness over the mean length of its two edges; the section is
-    /// taken at the index of the node over the number of edges. In space curvatures are absolute values. None if
-    /// recorded markers prescribe nodes, as their distances have tracking errors.
+    /// Gauge with the stress-free lengths and integrated curvatures of the rod of a problem. For every joint it has
+    /// half the thickness at its node over the mean length of its two edges. None if recorded markers prescribe nodes,
+    /// as their distances have tracking errors.
     pub fn new(problem: &Problem) -> Option<Self> {
         if problem.scene().supports.path.is_some() {
             return None;
         }
-        let lengths: Vec<f64> = with_model!(problem, |discretized| {
-            discretized.rod().stretch.iter().map(|edge| edge.rest_length).collect()
+        type Edges = (Vec<f64>, Vec<f64>, Actuators<f64>);
+        let (lengths, edges, actuators): Edges = with_model!(problem, |discretized| {
+            let stretch = discretized.rod().stretch;
+            let lengths = stretch.iter().map(|edge| edge.rest_length).collect();
+            let natural = stretch.iter().map(|edge| edge.natural_strain).collect();
+            (lengths, natural, discretized.setup.actuators(discretized.model))
         });
-        let (natural, normal): (Vec<f64>, _) = match problem.discretized() {
+        // Values of the signals at which the natural strains are taken.
+        let changes_strains = |a: &Actuator<f64>| matches!(a.effect, ActuatorEffect::Strains(_));
+        let list = actuators.list.into_iter().filter(changes_strains).collect();
+        let actuators = Actuators::at(list, problem.scene().loads.at_time);
+        let (joints, normal): (Vec<[f64; 2]>, _) = match problem.discretized() {
             AnyProblem::Planar(planar) => {
                 let joints = planar.rod().joint;
-                let natural = joints.iter().map(|bend| bend.natural_curvature).collect();
+                let natural = joints.iter().map(|bend| [bend.natural_curvature, 0.0]).collect();
                 (natural, Some(problem.normal()))
             }
             AnyProblem::Spatial(spatial) => {
-                let size = |j: &JointLaw<f64>| j.natural[0].hypot(j.natural[1]);
-                (spatial.rod().joint.iter().map(size).collect(), None)
+                let both = |j: &JointLaw<f64>| [j.natural[0], j.natural[1]];
+                (spatial.rod().joint.iter().map(both).collect(), None)
             }
         };
-        let nodes = lengths.len() as f64;
+        let natural = NaturalStrains { edges, joints };
+        let fractions = problem.mesh.places();
         // Strain on the surface is half the thickness times the change of curvature.
         let slope = |(i, pair): (usize, &[f64])| {
-            let (section, _) = problem.scene().at((i as f64 + 1.0) / nodes);
+            let (section, _) = problem.scene().at(fractions[i + 1]);
             half_thickness(problem, &section, normal) / (0.5 * (pair[0] + pair[1]))
         };
         let slopes = lengths.windows(2).enumerate().map(slope).collect();
         let places = problem.arc_lengths().to_vec();
         let is_linear = problem.scene().material.stretch_law == StretchLaw::Linear;
-        Some(Self { natural, slopes, places, normal, is_linear, lengths })
+        Some(Self { natural, actuators, slopes, places, normal, is_linear, lengths })
+    }
+
+    /// The natural strains at a time, s; without a time, those at `loads.at_time`.
+    fn natural_at(&self, time: Option<f64>) -> Cow<'_, NaturalStrains> {
+        let Some(time) = time.filter(|_| !self.actuators.is_empty()) else {
+            return Cow::Borrowed(&self.natural);
+        };
+        let mut natural = self.natural.clone();
+        let values = self.actuators.values_at(time).into_iter().zip(&self.actuators.values);
+        for (actuator, (now, before)) in self.actuators.list.iter().zip(values) {
+            let ActuatorEffect::Strains(shifts) = &actuator.effect else { continue };
+            let change = now - before;
+            for EdgeShift { edge, strain } in &shifts.edges {
+                natural.edges[*edge] += strain * change;
+            }
+            for JointShift { joint, strains } in &shifts.joints {
+                natural.joints[*joint][0] += strains[0] * change;
+                natural.joints[*joint][1] += strains[1] * change;
+            }
+        }
+        Cow::Owned(natural)
     }
 
     /// Largest absolute strain of a rod with nodes at `position(i)`, m, with its kind and place. For a joint it is half
-    /// the thickness times the change of curvature. For an edge it is the relative change of length, which is compared
-    /// only with a linear law of the stretch. The place is the arc length of the joint, or of the first node of the
-    /// edge. `time`, s, is stored in the result; none for an equilibrium.
+    /// the thickness times the change of curvature. For an edge it is the relative change of length less its natural
+    /// strain, which is compared only with a linear law of the stretch. The place is the arc length of the joint, or of
+    /// the first node of the edge. Actuators have the values of their signals at `time`, s, which is stored in the
+    /// result; none for an equilibrium, with signals at `loads.at_time`.
     pub fn largest(
         &self,
         position: impl Fn(usize) -> [f64; 3],
         time: Option<f64>,
     ) -> LargestStrain {
+        let natural = self.natural_at(time);
         let mut largest = LargestStrain { time, ..LargestStrain::default() };
         let mut compare = |strain: f64, by_bending: bool, i: usize| {
             if strain > largest.strain {
@@ -124,11 +170,12 @@ impl StrainGauge {
             let next = position(i + 1);
             let edge = sub(next, last);
             if self.is_linear {
-                compare((dot(edge, edge).sqrt() / rest - 1.0).abs(), false, i);
+                let strain = dot(edge, edge).sqrt() / rest - 1.0;
+                compare((strain - natural.edges[i]).abs(), false, i);
             }
             if let Some(before) = before {
                 let joint = i - 1;
-                let change = self.curvature_change(before, edge, self.natural[joint]);
+                let change = self.curvature_change(before, edge, natural.joints[joint]);
                 compare(self.slopes[joint] * change, true, i);
             }
             (before, last) = (Some(edge), next);
@@ -138,17 +185,17 @@ impl StrainGauge {
 
     /// Absolute change of the integrated curvature `2 tan(phi/2)` from `natural`, between the edge vectors `before` and
     /// `after`, m. In a plane both have a sign. In space it is the change of the absolute value, a lower bound.
-    fn curvature_change(&self, before: [f64; 3], after: [f64; 3], natural: f64) -> f64 {
+    fn curvature_change(&self, before: [f64; 3], after: [f64; 3], natural: [f64; 2]) -> f64 {
         let across = cross(before, after);
         let lengths = (dot(before, before) * dot(after, after)).sqrt();
         // `2 tan(phi/2) = 2 sin/(1 + cos)`, with both times the product of the lengths; finite also
         // in a fold.
         let size = 2.0 / (lengths + dot(before, after)).max(f64::MIN_POSITIVE);
-        let curvature = match self.normal {
-            Some(normal) => size * dot(across, normal),
-            None => size * dot(across, across).sqrt(),
+        let change = match self.normal {
+            Some(normal) => size * dot(across, normal) - natural[0],
+            None => size * dot(across, across).sqrt() - natural[0].hypot(natural[1]),
         };
-        (curvature - natural).abs()
+        change.abs()
     }
 }
 
@@ -226,7 +273,7 @@ impl Problem {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::{Dimension, Material, Scene, Shape};
+    use crate::scene::{Along, Dimension, Material, Scene, Shape, Support};
 
     /// A rod of 5 mm radius on a circle of 50 mm: 10 % by bending; and drawn out by a fifth.
     #[test]
@@ -250,5 +297,54 @@ mod tests {
             assert!(drawn.warning(1e6).unwrap().1.contains("20 % (along the rod"));
             assert!(gauge.largest(|i| [places[i], 0.0, 0.0], None).strain < 1e-9);
         }
+    }
+
+    /// The problem of a free rod of 0.1 m with 10 mm radius and these further tables.
+    fn free_rod(tables: &str) -> Problem {
+        let text = format!(
+            "[rod]\nsegments = 40\nshape = {{ kind = \"straight\", length = 0.1, direction = [1, 0, 0] }}\n\
+             section = {{ kind = \"circle\", radius = 0.01 }}\n\
+             [material]\ndensity = 1000\nyoungs_modulus = 1e6\n[supports]\nstart = \"free\"\n{tables}"
+        );
+        Scene::from_toml(&text, ".").unwrap().problem().unwrap()
+    }
+
+    /// A curvature of 20/m by a signal at t = 2 s bends the rod without strain; at t = 0 it would be 20 %. A stretch of
+    /// 15 % by a constant actuator has none either.
+    #[test]
+    fn natural_strains_of_actuators_are_no_strains() {
+        let problem = free_rod(
+            "[[signals]]\nname = \"s\"\nkind = \"ramp\"\nduration = 2.0\n\
+             [[actuation]]\nkind = \"curvature\"\ncomponent = \"d1\"\ngain = 20\nsignal = \"s\"\n",
+        );
+        let gauge = StrainGauge::new(&problem).unwrap();
+        let places = problem.arc_lengths().to_vec();
+        let on_circle = |i: usize| {
+            let angle = 20.0 * places[i];
+            [angle.sin() / 20.0, (1.0 - angle.cos()) / 20.0, 0.0]
+        };
+        let strain = |time: f64| gauge.largest(on_circle, Some(time)).strain;
+        assert!(strain(2.0) < 1e-3, "{:e}", strain(2.0));
+        assert!((strain(0.0) - 0.2).abs() < 1e-3, "{:e}", strain(0.0));
+        let problem =
+            free_rod("[[actuation]]\nkind = \"curvature\"\ncomponent = \"stretch\"\ngain = 0.15\n");
+        let gauge = StrainGauge::new(&problem).unwrap();
+        let found = gauge.largest(|i| [1.15 * places[i], 0.0, 0.0], None);
+        assert!(found.strain < 1e-9, "{found:?}");
+    }
+
+    /// Half of a tapered polyline is its first edge, at whose end the radius is 6 mm.
+    #[test]
+    fn thickness_of_a_joint_is_that_at_its_node() {
+        let node =
+            |k: i32| [if k == 0 { 0.0 } else { 0.05 + 0.05 * f64::from(k - 1) / 19.0 }, 0.0, 0.0];
+        let material = Material::new(1e3, 1e6);
+        let shape = Shape::points((0..=20).map(node));
+        let mut scene = Scene::new(20, shape, Section::Circle { radius: 0.01 }, material);
+        scene.rod.taper.radius = Some(Along::linear(1.0, 0.2));
+        scene.supports.start = Support::Free;
+        let gauge = StrainGauge::new(&scene.problem().unwrap()).unwrap();
+        let radius = gauge.slopes[0] * 0.5 * (gauge.lengths[0] + gauge.lengths[1]);
+        assert!((radius - 0.006).abs() < 1e-6, "{radius:e}");
     }
 }

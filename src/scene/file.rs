@@ -18,6 +18,7 @@ use crate::scene::Scene;
 use crate::scene::required::REQUIRED;
 use crate::scene::scheme::Scheme;
 use crate::scene::shape::Shape;
+use crate::scene::structure::StructureRod;
 use crate::scene::time::Time;
 use std::path::{Path, PathBuf};
 
@@ -226,6 +227,7 @@ impl Scene {
         let text = match written.structure {
             Some(mut structure) => {
                 structure.camera = written.camera;
+                structure.rods.iter_mut().for_each(StructureRod::end_lists_with_rod);
                 toml::to_string_pretty(&structure)
             }
             None => toml::to_string_pretty(&written),

@@ -169,9 +169,8 @@ impl Parameter {
         }
         // natural_curvature.1 is the first entry, rod.natural_curvature.0 in the file.
         for list in LISTS {
-            let part =
-                name.strip_prefix(list).and_then(|rest| rest.strip_prefix('.')?.parse().ok());
-            if let Some(part) = part.and_then(|part: usize| part.checked_sub(1)) {
+            let part = name.strip_prefix(list).and_then(|rest| index(rest.strip_prefix('.')?));
+            if let Some(part) = part.and_then(|part| part.checked_sub(1)) {
                 let path = intern(&format!("rod.{list}.{part}"));
                 return Some(Self { path, name: intern(name) });
             }
@@ -218,7 +217,7 @@ impl Parameter {
         }
         let part = |list: &&str| {
             let part = self.path.strip_prefix("rod.")?.strip_prefix(*list)?.strip_prefix('.')?;
-            Some(intern(&format!("{list}.{}", part.parse::<usize>().ok()? + 1)))
+            Some(intern(&format!("{list}.{}", index(part)?.checked_add(1)?)))
         };
         LISTS.iter().find_map(part)
     }
@@ -263,10 +262,11 @@ impl Parameter {
         (NAMED_LISTS.contains(&list) && list != "signals") || list == "joints"
     }
 
-    /// Whether the parameter is a component of a moment, N m, of `loads.point` or `initial.point`: its path contains
-    /// `.moment.`.
+    /// Whether the parameter is a component of a moment, N m, of `loads.point` or `initial.point`.
     pub(crate) fn is_moment(self) -> bool {
-        self.path.contains(".moment.")
+        let is_of_point =
+            ["loads.point.", "initial.point."].iter().any(|t| self.path.starts_with(t));
+        is_of_point && self.path.contains(".moment.")
     }
 
     /// Whether the parameter is a Kelvin-Voigt time, s: `stiffness`, `bending`, `twisting` or `stretching` of
@@ -496,6 +496,12 @@ fn intern(name: &str) -> &'static str {
     name
 }
 
+/// Index of an entry of a list from its text in a path; none for a sign, leading zeros and other text.
+fn index(text: &str) -> Option<usize> {
+    let index: usize = text.parse().ok()?;
+    (index.to_string() == text).then_some(index)
+}
+
 /// Lists of a scene or a structure whose entries have names.
 const NAMED_LISTS: [&str; 4] = ["rods", "materials", "bodies", "signals"];
 
@@ -503,7 +509,8 @@ const NAMED_LISTS: [&str; 4] = ["rods", "materials", "bodies", "signals"];
 /// entry of a [named list](NAMED_LISTS), its second part, is replaced by [`ANY_NAME`].
 fn general_path(path: &str) -> String {
     let is_named = path.split('.').next().is_some_and(|list| NAMED_LISTS.contains(&list));
-    let general = |(i, part): (usize, &'_ str)| match part.bytes().all(|b| b.is_ascii_digit()) {
+    let is_index = |part: &str| !part.is_empty() && part.bytes().all(|b| b.is_ascii_digit());
+    let general = |(i, part): (usize, &'_ str)| match is_index(part) {
         _ if i == 1 && is_named => ANY_NAME.to_string(),
         true => "#".to_string(),
         false => part.to_string(),
@@ -582,6 +589,30 @@ mod tests {
         assert!(zero(&["damping.twisting", "damping.stretching"]));
         assert!(zero(&["loads.damping.maxwell.stiffness", "loads.drag.linear_normal"]));
         assert!(!zero(&["loads.damping.maxwell.time"]) && !zero(&["youngs_modulus"]));
+    }
+
+    /// Only the digits of an index have the form of one, and an index without a successor has no short name.
+    #[test]
+    fn indices_of_lists_have_one_spelling() {
+        for name in ["natural_curvature.+1", "natural_curvature.01", "loads.point..force.y"] {
+            assert_eq!(Parameter::named(name), None, "{name}");
+        }
+        let last = format!("rod.natural_curvature.{}", usize::MAX);
+        assert!(Parameter::named(&last).unwrap().aliases().is_empty());
+    }
+
+    /// A user-defined energy may have any name.
+    #[test]
+    fn parameter_of_an_energy_named_moment_is_no_moment() {
+        let is_moment = |name: &str| Parameter::named(name).unwrap().is_moment();
+        assert!(is_moment("loads.point.0.moment.z") && is_moment("initial.point.1.moment.x"));
+        assert!(!is_moment("energy.moment.k") && !is_moment("loads.point.0.force.z"));
+    }
+
+    /// `rodfit parameters` lists the axes of hinges.
+    #[test]
+    fn axis_of_a_hinge_is_a_known_parameter() {
+        assert!("joints.0.axis.x".parse::<Parameter>().is_ok());
     }
 
     #[test]

@@ -155,6 +155,25 @@ impl<D: Scalar> RodSpec<D> {
 /// given with three digits.
 const END_TOLERANCE: f64 = 5e-3;
 
+/// Rejects values at arc lengths whose last one differs from the `length` of the rod, m, by more than
+/// [`END_TOLERANCE`] of it. Values in other forms are accepted. `lists` are the values along the rod with their keys
+/// below `table`, the path of the rod, for the error.
+pub(super) fn check_ends<'a>(
+    table: &str,
+    length: f64,
+    lists: impl Iterator<Item = (String, &'a Along)>,
+) -> Result<(), Error> {
+    for (key, along) in lists {
+        let Some(last) = along.last_arc_length() else { continue };
+        if (last - length).abs() > END_TOLERANCE * length {
+            let found = format!("{last} m as the last arc length");
+            let allowed = format!("{length} m, the length of the rod");
+            return Err(Error::invalid(format!("{table}.{key}.at"), found, allowed));
+        }
+    }
+    Ok(())
+}
+
 impl RodSpec {
     /// Whether curvature factor and natural twist are the single numbers 1 and 0 and there is no natural bending, so
     /// that the rest shape is free of stress. False for lists and linear functions, also with these values.
@@ -175,19 +194,10 @@ impl RodSpec {
         natural.into_iter().chain(factors.map(|(key, along)| (format!("taper.{key}"), along)))
     }
 
-    /// Rejects values at arc lengths whose last one differs from the length of the rod by more than [`END_TOLERANCE`]
-    /// of it. Values in other forms are accepted. `table` is the path of the rod, for the error.
+    /// Rejects values at arc lengths that do not end with the rod ([`check_ends`]). `table` is the path of the rod, for
+    /// the error.
     pub(super) fn check_ends_of_lists(&self, table: &str) -> Result<(), Error> {
-        let length = self.shape.curve_length();
-        for (key, along) in self.lists() {
-            let Some(last) = along.last_arc_length() else { continue };
-            if (last - length).abs() > END_TOLERANCE * length {
-                let found = format!("{last} m as the last arc length");
-                let allowed = format!("{length} m, the length of the rod");
-                return Err(Error::invalid(format!("{table}.{key}.at"), found, allowed));
-            }
-        }
-        Ok(())
+        check_ends(table, self.shape.curve_length(), self.lists())
     }
 
     /// Scales the arc lengths of all values that are given at arc lengths, so that the last one is the present length

@@ -191,11 +191,13 @@ impl Shape {
         }
     }
 
-    /// Length along the curve, m. Of a polyline it is that of the curve through its points, without the factor `scale`,
+    /// Length along the curve, m. Of a polyline it is that of the curve through its points times the factor `scale`,
     /// and NaN before they are read.
     pub(super) fn curve_length(&self) -> f64 {
         match self {
-            Self::Polyline { line, .. } => line.as_ref().map_or(f64::NAN, |line| line.length()),
+            Self::Polyline { line, scale, .. } => {
+                line.as_ref().map_or(f64::NAN, |line| scale * line.length())
+            }
             _ => self.length(),
         }
     }

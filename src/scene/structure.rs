@@ -19,7 +19,7 @@ use crate::scene::material::{BendingLaw, Material, StretchLaw};
 use crate::scene::number::{Candidates, NumberVisitor, Quantity, SceneNumber, is_default};
 use crate::scene::per_axis::PerAxis;
 use crate::scene::point::Point;
-use crate::scene::rod::{CURVATURE_FACTOR, Dimension, one};
+use crate::scene::rod::{CURVATURE_FACTOR, Dimension, check_ends, one};
 use crate::scene::scheme::{Scheme, SchemeParameter};
 use crate::scene::section::Section;
 use crate::scene::shape::Shape;
@@ -111,6 +111,25 @@ table! {
         /// arc length.
         #[serde(skip)]
         pub(crate) remeshed: Option<usize>,
+    }
+}
+
+impl StructureRod {
+    /// Rejects values at arc lengths that do not end with the rod ([`check_ends`]); their keys are below `rods.<name>`.
+    pub(super) fn check_ends_of_lists(&self) -> Result<(), Error> {
+        let natural = ("natural_curvature".to_string(), &self.natural_curvature);
+        let factors = self.taper.factors().map(|(key, along)| (format!("taper.{key}"), along));
+        let lists = std::iter::once(natural).chain(factors);
+        check_ends(&format!("rods.{}", self.name), self.shape.curve_length(), lists)
+    }
+
+    /// Scales the arc lengths of all values that are given at arc lengths, so that the last one is the present length
+    /// of the rod.
+    pub(super) fn end_lists_with_rod(&mut self) {
+        let length = self.shape.curve_length();
+        for along in self.taper.factors_mut().chain([&mut self.natural_curvature]) {
+            along.end_at(length);
+        }
     }
 }
 
@@ -577,5 +596,37 @@ impl<D: Scalar> StructureScene<D> {
         scene.loads.damping = self.loads.damping.clone();
         scene.time.clone_from(&self.time);
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Lists at arc lengths end with their rod; in a structure that is saved after a length has changed they do again.
+    #[test]
+    fn lists_of_a_structure_end_with_their_rod() {
+        let read = |last: f64| {
+            let text = format!(
+                "[[rods]]\nname = \"a\"\nsegments = 10\n\
+                 shape = {{ kind = \"straight\", length = 0.5, direction = [1, 0, 0] }}\n\
+                 section = {{ kind = \"circle\", radius = 3e-3 }}\n\
+                 material = {{ density = 1100, youngs_modulus = 2e7 }}\n\
+                 taper.radius = {{ at = [0, 0.3, {last}], factor = [1, 0.8, 0.5] }}\n"
+            );
+            StructureScene::from_toml(&text, ".")
+        };
+        let error = read(0.4).unwrap_err().to_string();
+        assert!(error.contains("rods.a.taper.radius.at: found 0.4 m"), "{error}");
+        let mut structure = read(0.5).unwrap();
+        let Shape::Straight { length, .. } = &mut structure.rods[0].shape else { unreachable!() };
+        *length = 1.0;
+        let mut scene = Scene::load("data/cantilever.toml").unwrap();
+        scene.structure = Some(Box::new(structure));
+        let saved = StructureScene::from_toml(&scene.to_toml().unwrap(), ".").unwrap();
+        let Some(Along::BreakPoints(points)) = &saved.rods[0].taper.radius else {
+            panic!("no list")
+        };
+        assert_eq!(points.at, [0.0, 0.6, 1.0]);
     }
 }

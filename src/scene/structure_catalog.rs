@@ -1,10 +1,10 @@
 //! A structure for the catalog of parameters, which contains the numbers of a structure that can be parameters.
 //!
 //! Input is a scene of one rod, whose shape, section, material, taper, curvature, damping and time are used. Output of
-//! [`catalog_structure`] is a [`StructureScene`] with one rod, one material and one point force. It has two bodies and
-//! two spring joints: one with a single number, one with three, for inertia, compliance and rest angle. All names are
-//! `ANY_NAME` (`*`), so that paths are general: `rods.*.section.radius`. The module `parameter` visits the numbers for
-//! their units and limits; the structure is neither validated nor simulated.
+//! [`catalog_structure`] is a [`StructureScene`] with one rod, one material, one point force and one hinge. It has two
+//! bodies and two spring joints: one with a single number, one with three, for inertia, compliance and rest angle. All
+//! names are `ANY_NAME` (`*`), so that paths are general: `rods.*.section.radius`. The module `parameter` visits the
+//! numbers for their units and limits; the structure is neither validated nor simulated.
 
 use crate::scene::mass::PointMass;
 use crate::scene::per_axis::PerAxis;
@@ -19,8 +19,8 @@ use crate::scene::{Camera, Scene};
 /// Name of rods, materials and bodies in general paths: `rods.*.section.radius`.
 pub(crate) const ANY_NAME: &str = "*";
 
-/// A structure with the rod, damping and time of a scene of one rod, a point force, and bodies and spring joints with
-/// one number and with three.
+/// A structure with the rod, damping and time of a scene of one rod, a point force, a hinge, and bodies and spring
+/// joints with one number and with three.
 pub(crate) fn catalog_structure(scene: &Scene) -> StructureScene {
     let name = || ANY_NAME.to_string();
     let rod = StructureRod {
@@ -53,6 +53,13 @@ pub(crate) fn catalog_structure(scene: &Scene) -> StructureScene {
         body: None,
         force: [1.0; 3],
     };
+    let hinge = StructureJoint::Hinge { connects: vec![end.clone()], axis: Some([0.0; 3]) };
+    let springs = forms.map(|numbers| StructureJoint::Spring {
+        connects: vec![end.clone()],
+        rotation: numbers,
+        rest: numbers,
+        damping: 0.0,
+    });
     StructureScene {
         dimension: Dimension::default(),
         rods: vec![rod],
@@ -67,14 +74,7 @@ pub(crate) fn catalog_structure(scene: &Scene) -> StructureScene {
                 position: [0.0; 3],
             })
             .into(),
-        joints: forms
-            .map(|numbers| StructureJoint::Spring {
-                connects: vec![end.clone()],
-                rotation: numbers,
-                rest: numbers,
-                damping: 0.0,
-            })
-            .into(),
+        joints: springs.into_iter().chain([hinge]).collect(),
         supports: Vec::new(),
         recording: None,
         loads: StructureLoads {

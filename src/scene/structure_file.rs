@@ -92,7 +92,8 @@ impl StructureScene {
         Ok(scene)
     }
 
-    /// As [`read`](Self::read), except that the recording is not read, as its file is to be replaced.
+    /// As [`read`](Self::read), except that the recording is not read, as its file is to be replaced. Values at arc
+    /// lengths that do not end with their rod are an error.
     pub(crate) fn read_without_recording(text: &str, path: &Path) -> Result<Self, Error> {
         let mut scene: Self = parse(text, &REQUIRED)
             .map_err(|error| explained(error, text, &STRUCTURE).in_file(Some(path)))?;
@@ -100,7 +101,8 @@ impl StructureScene {
         scene.validate()?;
         let folder = path.parent().map(PathBuf::from).unwrap_or_default();
         for rod in &mut scene.rods {
-            rod.shape.read(&folder, false).map_err(|error| error.in_file(Some(path)))?;
+            let read = rod.shape.read(&folder, false).and_then(|()| rod.check_ends_of_lists());
+            read.map_err(|error| error.in_file(Some(path)))?;
         }
         Ok(scene)
     }

@@ -3,7 +3,8 @@
 //! A [`StructureSupport`] names an end of a rod and its kind. A recorded one also names the two markers that it
 //! follows, the number of edges between them, and whether the end rotates freely about the rod. [`check_supports`]
 //! rejects recorded supports without a recording, without two markers, or with more edges between the markers than the
-//! rod has, less three. It rejects these keys of other supports. Whether the rods exist is checked elsewhere.
+//! rod has, less three. Two recorded ends of a rod must leave a node free. It rejects these keys of other supports.
+//! Whether the rods exist is checked elsewhere.
 
 use crate::error::{Error, ensure};
 use crate::scene::number::is_default;
@@ -72,7 +73,8 @@ pub struct SupportedEnd {
 
 /// Rejects recorded supports without a recording or without two markers, and markers, edges and free twist of other
 /// supports; the first error is returned. `segments` returns the number of edges of a rod by its name, none for an
-/// unknown rod. From 1 to that number less three edges (1 for an unknown rod) may be between the markers.
+/// unknown rod. From 1 to that number less three edges (1 for an unknown rod) may be between the markers. Between those
+/// of both ends of a rod there may be that number less two in all.
 pub(super) fn check_supports(
     has_recording: bool,
     supports: &[StructureSupport],
@@ -95,6 +97,46 @@ pub(super) fn check_supports(
         let most = segments(&support.of.rod).map_or(1, |count| count.saturating_sub(3).max(1));
         let allowed = format!("1 .. {most} edges between both markers");
         ensure((1..=most).contains(edges), key("edges"), edges, allowed)?;
+        // Both recorded ends of a rod leave at least one node free.
+        let other = supports[..i].iter().find(|other| {
+            let is_other_end = other.of.rod == support.of.rod && other.of.at != support.of.at;
+            is_other_end && other.kind == Support::Recorded
+        });
+        if let (Some(other), Some(count)) = (other, segments(&support.of.rod)) {
+            let most = count.saturating_sub(2 + other.edges);
+            let allowed = format!(
+                "1 .. {most} edges between both markers, as the other end of the rod holds {}",
+                other.edges
+            );
+            ensure(*edges <= most, key("edges"), edges, allowed)?;
+        }
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Ends over 4 and 4 of 10 edges hold 10 of the 11 nodes. With one edge more no node is free, and 7 and 7 edges
+    /// overlap.
+    #[test]
+    fn recorded_ends_of_a_rod_that_hold_all_nodes_are_rejected() {
+        let end = |at: RodEnd, edges: usize| StructureSupport {
+            of: SupportedEnd { rod: "a".into(), at },
+            kind: Support::Recorded,
+            markers: vec!["m0".into(), "m1".into()],
+            edges,
+            free_twist: false,
+        };
+        let check = |start: usize, tip: usize| {
+            let supports = [end(RodEnd::Start, start), end(RodEnd::End, tip)];
+            check_supports(true, &supports, |_| Some(10))
+        };
+        assert!(check(4, 4).is_ok());
+        for (start, tip) in [(5, 4), (7, 7)] {
+            let error = check(start, tip).unwrap_err().to_string();
+            assert!(error.contains("supports[1].edges: found"), "{error}");
+        }
+    }
 }

@@ -8,14 +8,14 @@
 //!
 //! Output of `shear_deflections`: the displacement of every node (m, world axes) for `E/(kappa G) = 1`, to which it is
 //! proportional. The bias of a fit without shear is estimated from it. `internal_forces` returns the force (N) in every
-//! edge, `free_part` the fraction of an edge outside of the walls. Forces of contacts and of recorded markers between
-//! the ends are left out.
+//! edge, `free_part` the fraction of an edge outside of the walls. The forces are those on the elements of the rod, so
+//! that obstacles, tendons, user-defined energies and recorded markers between the ends count as external.
 
 use crate::error::Error;
 use crate::numerics::scalar::Scalar;
 use crate::numerics::vector::{add, dot, scale, sub};
 use crate::problem::{AnyProblem, Discretized, Model, Problem, behind_walls};
-use crate::rod::Rod;
+use crate::rod::{AssembledRod, Rod, RodContacts, UserEnergies};
 use crate::scene::Support;
 
 impl Problem {
@@ -71,11 +71,18 @@ fn deflections<M: Model>(discretized: &Discretized<'_, M>) -> Result<Vec<[f64; 3
     let rest = discretized.equilibrium()?;
     let (rod, scene) = (discretized.rod(), discretized.scene());
     let edges = discretized.nodes() - 1;
-    // Reactions on held unknowns: the gradient vanishes on free ones.
+    // Forces on the elements beside the loads: of supports, recorded markers, contacts and user-defined energies.
+    let mut elements = rod.clone();
+    elements.set_own(UserEnergies::default());
+    elements.set_contacts(RodContacts::default());
     let mut reactions = vec![0.0; rest.q.len()];
-    rod.gradient(&rest.q, &rest.frames, discretized.derivatives(), &mut reactions);
-    for i in discretized.free() {
-        reactions[i] = 0.0;
+    elements.gradient(&rest.q, &rest.frames, discretized.derivatives(), &mut reactions);
+    // Without energies beside the elements they vanish on unknowns that nothing prescribes.
+    if !scene.has_own_energies() {
+        let prescribed = discretized.prescribed();
+        for i in discretized.free().filter(|i| !prescribed.contains(*i)) {
+            reactions[i] = 0.0;
+        }
     }
     let loads = discretized.loads_at_state(&rod, &rest.q, &rest.frames, scene.loads.at_time);
     let on_node = |i: usize| add(loads[i], discretized.model.rate(&reactions, i));
@@ -107,7 +114,7 @@ fn deflections<M: Model>(discretized: &Discretized<'_, M>) -> Result<Vec<[f64; 3
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::{Material, Point, PointForce, Scene, Section, Shape};
+    use crate::scene::{Contact, Material, Point, PointForce, Scene, Section, Shape};
 
     const LENGTH: f64 = 0.2;
 
@@ -157,5 +164,32 @@ mod tests {
         three_points.supports.end = Support::Roller;
         three_points.loads.point = force_at(Point::Node(40));
         near(relative(&three_points, 40), 12.0);
+    }
+
+    /// Behind an obstacle in its middle, a cantilever with a force F at its tip is sheared by F: over the length s by
+    /// F s/(E A).
+    #[test]
+    fn obstacle_does_not_change_the_shear_behind_it() {
+        let mut scene = bar();
+        scene.material.youngs_modulus = 205e6;
+        scene.loads.point =
+            vec![PointForce { force: [0.0, -0.01, 0.0], ..force_at(Point::Tip).remove(0) }];
+        scene.contacts = vec![Contact::Cylinder {
+            point: [0.5 * LENGTH, -0.015, 0.0],
+            axis: [0.0, 0.0, 1.0],
+            radius: 0.01,
+            stiffness: Some(1e12),
+            contact_radius: Some(0.005),
+            damping: None,
+            friction: None,
+            slip_velocity: None,
+        }];
+        let problem = scene.problem().unwrap();
+        let shifts = problem.shear_deflections().unwrap();
+        let places = problem.arc_lengths();
+        // The contact of 2 to 3 mm length is before node 44.
+        let found = shifts[80][1] - shifts[44][1];
+        let expected = -0.01 * (places[80] - places[44]) / (205e6 * 0.02 * 0.01);
+        assert!((found / expected - 1.0).abs() < 0.02, "{found:e} {expected:e}");
     }
 }

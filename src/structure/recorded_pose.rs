@@ -77,10 +77,19 @@ fn best_rotation(pairs: &[[Vector<f64>; 2]]) -> Matrix3<f64> {
     [0, 1, 2].map(|i| [0, 1, 2].map(|j| rotation[(i, j)]))
 }
 
-/// Bodies with the recorded position of their joint.
+/// A marker at the end of a rod on a body.
+#[derive(Clone, Copy)]
+struct JointMarker {
+    /// Position of the joint at rest, m.
+    rest: Vector<f64>,
+    /// Recorded position, m.
+    position: Vector<f64>,
+}
+
+/// Bodies with the markers at their joints.
 struct PosedBodies {
-    /// Recorded position of the joint of each body, m; none without a marker there.
-    joints: Vec<Option<Vector<f64>>>,
+    /// Markers at the joints of each body.
+    joints: Vec<Vec<JointMarker>>,
     /// Rotation of each body from rest.
     turns: Vec<Matrix3<f64>>,
 }
@@ -127,17 +136,16 @@ impl Structure {
         Ok((q, frames))
     }
 
-    /// The recorded position of the joint of each body, m: that of the first marker within [`AT_JOINT`] lengths of the
-    /// longest rod from the joint at rest. None for a body without such a marker. Of several rod ends with markers the
-    /// last one counts.
+    /// The markers at the joints of each body. For each end of a rod on the body it is the first marker within
+    /// [`AT_JOINT`] lengths of the longest rod from the joint at rest, if there is one.
     fn joints_at(
         &self,
         places: &[MarkerPlace],
         at: impl Fn(&MarkerPlace) -> Vector<f64>,
-    ) -> Vec<Option<Vector<f64>>> {
+    ) -> Vec<Vec<JointMarker>> {
         let plan = &self.blueprint.plan;
         let longest = self.at_rest.meshes.iter().map(|mesh| mesh.length).fold(0.0, f64::max);
-        let mut joints = vec![None; plan.bodies.len()];
+        let mut joints = vec![Vec::new(); plan.bodies.len()];
         for (r, ends) in plan.ends.iter().enumerate() {
             for (end, hold) in ends.iter().enumerate() {
                 let EndSupport::Body { body, .. } = *hold else { continue };
@@ -147,33 +155,40 @@ impl Structure {
                     dot(apart, apart).sqrt() <= AT_JOINT * longest
                 });
                 if let Some(place) = near {
-                    joints[body] = Some(at(place));
+                    joints[body].push(JointMarker { rest: joint, position: at(place) });
                 }
             }
         }
         joints
     }
 
-    /// Arc lengths and recorded positions of the markers on rod `r`, and of its ends on bodies whose joint has a
-    /// recorded position, in ascending order. Of neighbors closer than [`AT_JOINT`] of the rod's length only the first
-    /// remains. An error for fewer than two points.
+    /// Arc lengths and recorded positions of the markers on rod `r`, and of its ends on bodies with markers at joints,
+    /// in ascending order. Such an end has the position of the nearest of these markers, displaced as the joints are at
+    /// rest. Of neighbors closer than [`AT_JOINT`] of the rod's length only the first remains. An error for fewer than
+    /// two points.
     fn knots(
         &self,
         r: usize,
         places: &[MarkerPlace],
         at: impl Fn(&MarkerPlace) -> Vector<f64>,
-        joints: &[Option<Vector<f64>>],
+        joints: &[Vec<JointMarker>],
     ) -> Result<Vec<Knot>, Error> {
         let mesh = &self.at_rest.meshes[r];
         let own = places.iter().filter(|place| place.rod == r);
         let mut knots: Vec<Knot> =
             own.map(|place| Knot { arc_length: place.arc_length, position: at(place) }).collect();
         for (end, hold) in self.blueprint.plan.ends[r].iter().enumerate() {
-            if let EndSupport::Body { body, .. } = *hold
-                && let Some(joint) = joints[body]
-            {
+            let EndSupport::Body { body, .. } = *hold else { continue };
+            let joint = end_point(&mesh.nodes, end, hold.support());
+            let distance = |marker: &JointMarker| {
+                let apart = sub(marker.rest, joint);
+                dot(apart, apart)
+            };
+            let nearest = joints[body].iter().min_by(|a, b| distance(a).total_cmp(&distance(b)));
+            if let Some(marker) = nearest {
                 let arc_length = if end == 0 { 0.0 } else { mesh.length };
-                knots.push(Knot { arc_length, position: joint });
+                let position = add(marker.position, sub(joint, marker.rest));
+                knots.push(Knot { arc_length, position });
             }
         }
         knots.sort_by(|a, b| a.arc_length.total_cmp(&b.arc_length));
@@ -189,7 +204,7 @@ impl Structure {
 
     /// Sets center, m, and rotation of body `b` in the coordinates `z` and the `frames`, and its entry of `posed`. The
     /// rotation, of a body that rotates, is the [best one](best_rotation) from the directions of its rod ends at rest
-    /// to those in `tangents`. The center follows from the recorded position of its joint; without one it stays.
+    /// to those in `tangents`. The center follows from the last marker at a joint; without one it stays.
     fn turn_body(
         &self,
         b: usize,
@@ -199,7 +214,7 @@ impl Structure {
         z: &mut [f64],
         frames: &mut AssemblyFrames<f64>,
     ) {
-        let (mut pairs, mut arm) = (Vec::new(), None);
+        let mut pairs = Vec::new();
         for (r, ends) in self.blueprint.plan.ends.iter().enumerate() {
             for (end, hold) in ends.iter().enumerate() {
                 let EndSupport::Body { body, .. } = *hold else { continue };
@@ -211,7 +226,6 @@ impl Structure {
                 let edge = if end == 0 { 0 } else { nodes.len() - 2 };
                 let sign = if end == 0 { 1.0 } else { -1.0 };
                 pairs.push([unit(sub(inner, outer)), scale(tangents[r][edge], sign)]);
-                arm = Some(end_point(nodes, end, hold.support()));
             }
         }
         let body = &bodies.bodies[b];
@@ -220,9 +234,10 @@ impl Structure {
             let axes = &mut frames.rotations[turn.reference].axes;
             *axes = product(&posed.turns[b], axes);
         }
-        if let (Some(joint), Some(rest)) = (posed.joints[b], arm) {
+        if let Some(marker) = posed.joints[b].last() {
             let center = [0, 1, 2].map(|c| z[body.coordinate + c]);
-            let center = add(joint, times(&posed.turns[b], sub(center, rest)));
+            let arm = times(&posed.turns[b], sub(center, marker.rest));
+            let center = add(marker.position, arm);
             z[body.coordinate..][..3].copy_from_slice(&center);
         }
     }
@@ -294,6 +309,76 @@ impl Structure {
 mod tests {
     use super::*;
     use crate::numerics::rotation::column;
+    use crate::scene::StructureScene;
+
+    /// A body with two rods, whose joints are 0.1 m apart, and a marker at the joint of the first one only. If all
+    /// markers are displaced by the same vector, so are all nodes and the center of the body.
+    #[test]
+    fn body_with_two_joints_follows_the_marker_of_one() {
+        let text = r#"
+            dimension = "spatial"
+            [[rods]]
+            name = "a"
+            segments = 8
+            shape = { kind = "straight", length = 0.2, direction = [1, 0, 0] }
+            section = { kind = "circle", radius = 3e-3 }
+            material = "rubber"
+            [[rods]]
+            name = "b"
+            segments = 8
+            origin = [0.2, 0.3, 0]
+            shape = { kind = "straight", length = 0.2, direction = [0, -1, 0] }
+            section = { kind = "circle", radius = 3e-3 }
+            material = "rubber"
+            [[materials]]
+            name = "rubber"
+            density = 1100
+            youngs_modulus = 2e7
+            poisson_ratio = 0.4
+            [[bodies]]
+            name = "grip"
+            mass = 0.01
+            inertia = [1e-6, 1e-6, 1e-6]
+            position = [0.2, 0.05, 0]
+            [[joints]]
+            kind = "rigid"
+            connects = [{ body = "grip", offset = [0, -0.05, 0] }, { rod = "a", at = "end" }]
+            [[joints]]
+            kind = "rigid"
+            connects = [{ body = "grip", offset = [0, 0.05, 0] }, { rod = "b", at = "end" }]
+            [[supports]]
+            of = { rod = "a", at = "start" }
+            kind = "clamped"
+            [[supports]]
+            of = { rod = "b", at = "start" }
+            kind = "clamped"
+        "#;
+        let structure = Structure::new(StructureScene::from_toml(text, ".").unwrap()).unwrap();
+        let marker = |rod: usize, arc_length: f64, rest: Vector<f64>| MarkerPlace {
+            rod,
+            arc_length,
+            rest,
+            marker: 0,
+            is_held: false,
+        };
+        let places = [
+            marker(0, 0.1, [0.1, 0.0, 0.0]),
+            marker(0, 0.2, [0.2, 0.0, 0.0]),
+            marker(1, 0.1, [0.2, 0.2, 0.0]),
+        ];
+        let way = [0.01, 0.02, 0.03];
+        let (q, _) = structure.pose_at(&places, |place| add(place.rest, way)).unwrap();
+        let at_rest = &structure.at_rest;
+        let Assembly::Space(rods) = &at_rest.assembly else { panic!("a structure in a plane") };
+        let nodes = at_rest.assembly.rod_ranges().into_iter().flat_map(|range| range.step_by(4));
+        let center = rods.body_coordinates().start + rods.bodies().bodies[0].coordinate;
+        for i in nodes.chain([center]) {
+            for c in 0..3 {
+                let moved = q[i + c] - at_rest.q[i + c];
+                assert!((moved - way[c]).abs() < 1e-12, "{i} {c}: {moved}");
+            }
+        }
+    }
 
     /// A rotation is recovered from three rotated vectors, and from two.
     #[test]

@@ -1,10 +1,10 @@
 //! Display of a work-precision study as text for a terminal.
 //!
-//! Input: a [`Study`]. Output: a [`Summary`] whose status has the number of runs and the error of the reference. A
-//! table lists the fastest run for each error of the tip, in per cent of the length, with scheme, step, edges and wall
-//! time. An error that no run reaches has `finer than all runs`. The details have a table of all runs with step, mesh,
-//! error (total, by step, by mesh, over the length), time and energy drift. A run that stopped has `failed` as its
-//! error. `rodfit study` prints the summary.
+//! Input: a [`Study`]. Output: a [`Summary`] whose status has the number of runs and the estimated error of the
+//! reference. A table lists the fastest run for each error of the tip, in per cent of the length, with scheme, step,
+//! edges and wall time. An error that no run reaches has `finer than all runs`. The details have a table of all runs
+//! with step, mesh, error (total, by step, by mesh, over the length), time and energy drift. A run that stopped has
+//! `failed` as its error. `rodfit study` prints the summary.
 
 use crate::study::{Study, scheme_name};
 use crate::summary::quantity::{number, quantity};
@@ -24,12 +24,12 @@ impl Display for Study {
 }
 
 impl Study {
-    /// The study as text for a terminal: status with the error of the reference, and a table of the fastest run for
-    /// each error. The details have a table of all runs with their step and mesh errors. Errors that no run reaches
-    /// have `finer than all runs`.
+    /// The study as text for a terminal: status with the estimated error of the reference, and a table of the fastest
+    /// run for each error. The details have a table of all runs with their step and mesh errors. Errors that no run
+    /// reaches have `finer than all runs`.
     pub fn summary(&self) -> Summary {
         let status = format!(
-            "{} runs; error of the reference at most {} of the length",
+            "{} runs; estimated error of the reference {} of the length",
             self.rows.len(),
             percent(self.reference_error)
         );

@@ -283,6 +283,32 @@ fn held_out_data_are_predicted() {
     assert!(wrong.warnings.iter().any(|w| w.contains("validation data")), "{wrong}");
 }
 
+/// Held-out heights with sigmas of 0.1 mm and 10 mm by turns, each off by its sigma. Both the RMS error and the
+/// expected one are the root mean square of these sigmas, m.
+#[test]
+fn predicted_rms_beside_sigmas_of_values_is_in_meters() {
+    let problem = rod(0.5, 0.6).problem().unwrap();
+    let sigmas: Vec<f64> =
+        (0..10_usize).map(|k| if k.is_multiple_of(2) { 1e-4 } else { 1e-2 }).collect();
+    let mut shape = droop(&problem, 10).sigmas(&sigmas).held_out();
+    for (sighting, sigma) in shape.data.sightings.iter_mut().zip(&sigmas) {
+        sighting.position = [None, sighting.position[1].map(|y| y + sigma), None];
+    }
+    let report = Fit::new(&problem)
+        .analyse(same_mesh())
+        .observe(droop(&problem, 10).sigma(1e-4))
+        .observe(shape)
+        .identify(Parameter::YoungsModulus)
+        .solve()
+        .unwrap();
+    let rms = (0.5 * (1e-4_f64.powi(2) + 1e-2_f64.powi(2))).sqrt();
+    let found = &report.predictions[0];
+    // The error of the modulus adds less than 1 % of the large sigma.
+    assert!((found.rms / rms - 1.0).abs() < 1e-2, "{}", found.rms);
+    assert!((found.expected / rms - 1.0).abs() < 1e-2, "{}", found.expected);
+    assert!(!report.warning_codes.contains(&rodfit::Code::LargePredictionError), "{report}");
+}
+
 /// A scene needs a time table only if a motion was measured.
 /// With a given sigma one frequency determines one modulus, with a relative error of 2 sigma/f.
 #[test]

@@ -173,6 +173,12 @@ fn impossible_fits_are_input_errors() {
     let data = observe(&scene, 100);
     let base = || Fit::new(&problem).observe(data.clone());
     let late = Observation::new(vec![Sample { time: 1.1, position: [Some(0.0); 3] }; 1]);
+    // Six values, three of them of a constant coordinate.
+    let level = |k: u8| {
+        let time = 0.1 * f64::from(k);
+        Sample { time, position: [Some(0.5 - 0.1 * time), Some(0.0), None] }
+    };
+    let level = Observation::new((1..=3).map(level).collect());
     let cases: Vec<(Fit, &str)> = vec![
         (base(), "parameter: found none"),
         (Fit::new(&problem).identify(Parameter::YoungsModulus), "observation: found none"),
@@ -202,6 +208,15 @@ fn impossible_fits_are_input_errors() {
             "observation[1].point",
         ),
         (base().identify(Parameter::ShearModulus), "parameter"),
+        // Three parameters and a noise cannot be determined by three values.
+        (
+            Fit::new(&problem)
+                .observe(level)
+                .identify(Parameter::YoungsModulus)
+                .identify(Parameter::Density)
+                .identify(Parameter::Radius),
+            "observation: found 3 values that are not of a constant coordinate",
+        ),
         // Shorter than up to a point that was observed.
         (
             base()

@@ -358,3 +358,22 @@ fn lists_at_arc_lengths_end_with_the_rod() {
     let Some(Along::BreakPoints(points)) = saved.rod.taper.radius else { panic!("no list") };
     assert_eq!(points.at, [0.0, 0.6, 1.0]);
 }
+
+/// Points in mm with the factor 1e-3 are those of a rod of 0.5 m, at which a list at arc lengths ends.
+#[test]
+fn lists_of_a_scaled_polyline_end_at_its_scaled_length() {
+    let text = |last: f64| {
+        format!(
+            "[rod]\nsegments = 10\n\
+             shape = {{ kind = \"polyline\", points = [[0, 0, 0], [250, 0, 0], [500, 0, 0]], scale = 1e-3 }}\n\
+             section = {{ kind = \"circle\", radius = 0.005 }}\n\
+             taper.radius = {{ at = [0, {last}], factor = [1, 0.5] }}\n\
+             [material]\ndensity = 1000.0\nyoungs_modulus = 1e8\n"
+        )
+    };
+    let scene = Scene::from_toml(&text(0.5), ".").unwrap();
+    let saved = Scene::from_toml(&scene.to_toml().unwrap(), ".").unwrap();
+    let Some(Along::BreakPoints(points)) = saved.rod.taper.radius else { panic!("no list") };
+    assert!((points.at[1] - 0.5).abs() < 1e-12, "{:?}", points.at);
+    assert!(Scene::from_toml(&text(500.0), ".").is_err());
+}

@@ -1,13 +1,14 @@
 //! Limits of the model: thick rods are reported with the size of the bias (ASTM E1876, Timoshenko), and frequencies that other
 //! mode numbers fit equally well.
 
-use rodfit::fit::{FitReport, Frequencies, Grade, Measurement, RestShape, Sighting};
-use rodfit::scene::{Dimension, Material, PointForce, Scene, Section, Shape, Support};
+use rodfit::fit::{FitReport, Frequencies, Grade, Measurement, RestShape, Sample, Sighting};
+use rodfit::scene::{Dimension, End, Material, Motion, PointForce, Scene, Section, Shape, Support};
 use rodfit::vibration::ModePlane;
-use rodfit::{Code, Fit, Parameter, Point};
+use rodfit::{Code, Fit, Observation, Parameter, Point, Unknown};
 use std::f64::consts::{PI, TAU};
 
-use crate::common::straight_rod;
+use crate::common::fits::same_mesh;
+use crate::common::{coarse, straight_rod};
 
 const MODULUS: f64 = 205e9;
 const DENSITY: f64 = 7850.0;
@@ -225,4 +226,40 @@ fn mode_numbers_of_a_cantilever_are_unique() {
     let report = numbered(Support::Clamped, Support::Free, &ratios, &[1, 2, 3]);
     assert!(warning_of(&report, Code::ModeNumbers).is_none(), "{report}");
     assert_eq!(report.grade, Grade::Trustworthy, "{report}");
+}
+
+/// A rod without loads and clamped at both ends, one of which moves away by 15 % or 3 % of the length. The middle
+/// follows by half of it. Only the motion strains the rod, by as much at rest, and by less than twice that while it
+/// swings.
+#[test]
+fn strain_by_a_moved_support_is_noted() {
+    for (stretch, is_noted) in [(0.15, true), (0.03, false)] {
+        let mut scene = coarse(8, 4e-3, 0.4);
+        scene.loads.gravity = [0.0; 3];
+        scene.supports.end = Support::Clamped;
+        scene.supports.motion = vec![Motion {
+            end: End::End,
+            displacement: [0.5 * stretch, 0.0, 0.0],
+            ramp: Some(0.2),
+            ..Motion::default()
+        }];
+        let problem = scene.problem().unwrap();
+        let run = problem.simulate().unwrap();
+        let middle = Point::ArcLength(0.25);
+        let sample = |k: usize| {
+            let time = 0.01 * k as f64;
+            Sample { time, position: run.at(middle, time).unwrap().0.map(Some) }
+        };
+        let moved: Parameter = "supports.motion.0.displacement.x".parse().unwrap();
+        let report = Fit::new(&problem)
+            .observe(Observation::new((1..40).map(sample).collect()).at(middle).sigma(1e-4))
+            .identify(Unknown::new(moved).start(0.4 * stretch))
+            .analyse(same_mesh())
+            .solve()
+            .unwrap();
+        let found = report.estimate(moved).unwrap().value.unwrap();
+        // Exact data: within the tolerance of the search, which is a part of the standard error.
+        assert!((found / (0.5 * stretch) - 1.0).abs() < 1e-3, "{report}");
+        assert_eq!(warning_of(&report, Code::LargeStrain).is_some(), is_noted, "{report}");
+    }
 }

@@ -149,7 +149,7 @@ impl Residuals {
     }
 
     /// The loss and the leverage weight of every residual, in their order. Those of priors are last and have squares
-    /// and the entries of the leverage weights behind those of the measurements, or 1 beyond the end of the list.
+    /// and the weight 1.
     pub(crate) fn weighted_losses(&self) -> Vec<WeightedLoss> {
         let own = self.experiments.iter().flat_map(ObservedExperiment::losses);
         let losses = own.chain(std::iter::repeat(Loss::Squares)).take(self.len());
@@ -157,7 +157,8 @@ impl Residuals {
         pairs.map(|(loss, weight)| WeightedLoss { loss, weight }).collect()
     }
 
-    /// The leverage weight of every residual, those of priors (last) included; 1 beyond the end of the given list.
+    /// The leverage weight of every residual, 1 beyond the end of the given list. Those of priors are last and have the
+    /// weight 1.
     pub(crate) fn leverage_weights(&self) -> Vec<f64> {
         let mut weights = self.leverage_weights.clone();
         weights.resize(self.len(), 1.0);

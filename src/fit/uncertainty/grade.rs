@@ -1,8 +1,8 @@
 //! Grade of a fit, and the status and verdict that explain it.
 //!
 //! [`Conclusion::new`] receives the end of the fit ([`FitEnd`]), the unidentifiable directions and all warnings. The
-//! grade is decided in this order: unusable without convergence; not identifiable, unless a warning has the severity
-//! `Worthless`; interrupted, if all parameters are identified; else by the severity of the worst warning. `Worthless`
+//! grade is decided in this order: unusable without convergence; not identifiable, or interrupted if all parameters are
+//! identified, unless a warning has the severity `Worthless`; else by the severity of the worst warning. `Worthless`
 //! is unusable, `Mesh` and `Numerics` are discretization too coarse, `Ambiguous` is correlated noise or a missing
 //! effect. Other severities above a note are model inadequate, notes alone no problem detected. The status is one line
 //! on the end of the fit. The verdict is the reason of the grade: a text that the severities and codes of the warnings
@@ -126,8 +126,8 @@ pub(crate) struct Conclusion {
 
 impl Conclusion {
     /// Grades a result by its end, its unidentifiable directions (`findings`) and its `warnings`, and composes status
-    /// and verdict. In this order: unusable without convergence; not identifiable, unless a warning has the severity
-    /// `Worthless`; interrupted, if all parameters are identified; else the grade of `Grade::from_warnings`. The first
+    /// and verdict. In this order: unusable without convergence; not identifiable, or interrupted if all parameters are
+    /// identified, unless a warning has the severity `Worthless`; else the grade of `Grade::from_warnings`. The first
     /// warning of the severity `Suspicion` (a likely error of the set-up) is named as the probable cause. For an
     /// unusable result the directions are added as notes. The warnings are returned sorted and summarized.
     pub fn new(end: FitEnd, findings: &[UnidentifiableDirection], mut warnings: Warnings) -> Self {
@@ -141,7 +141,7 @@ impl Conclusion {
             (false, _) => Grade::NotUsable,
             // Residuals as large as the data make all parameters unidentifiable; they are the worse finding.
             (true, false) if worthless.is_empty() => Grade::NotIdentifiable,
-            (true, true) if end.interrupted => Grade::Interrupted,
+            (true, true) if end.interrupted && worthless.is_empty() => Grade::Interrupted,
             (true, _) => Grade::from_warnings(&warnings),
         };
         // The status describes the end of the search, the verdict the reason of the grade.
@@ -282,6 +282,23 @@ mod tests {
         let narrow =
             |compares| conclusion(warnings.clone(), compares).verdict.contains("too narrow");
         assert_eq!([narrow(false), narrow(true)], [true, false]);
+    }
+
+    /// Values that a warning calls worthless stay so in an interrupted fit.
+    #[test]
+    fn interrupted_fit_with_a_worthless_warning_is_unusable() {
+        let graded = |warnings: Warnings| {
+            let (converged, identified, interrupted, exit) = (true, true, true, "");
+            let compares_experiments = false;
+            let end = FitEnd { converged, identified, interrupted, exit, compares_experiments };
+            Conclusion::new(end, &[], warnings)
+        };
+        assert_eq!(graded(Warnings::default()).grade, Grade::Interrupted);
+        let mut warnings = Warnings::default();
+        warnings.add(Severity::Worthless, Code::LargeResiduals, "residuals as large as the motion");
+        let found = graded(warnings);
+        assert_eq!(found.grade, Grade::NotUsable);
+        assert!(found.verdict.contains("as large as the motion"), "{}", found.verdict);
     }
 
     #[test]

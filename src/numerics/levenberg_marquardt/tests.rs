@@ -274,3 +274,20 @@ fn last_step_is_taken_on_the_linear_model() {
     let (x, ..) = decay(0.0, 0.05);
     assert!(x.iter().all(|x| (x - 1.0).abs() < 1e-12), "{x:?}");
 }
+
+/// Bounds that descend or are no numbers are errors at the start of the solver, as are longest steps below zero.
+#[test]
+fn descending_bounds_and_negative_steps_are_errors() {
+    let refusal = |solver: LevenbergMarquardt| {
+        let executor = Executor::new(RosenbrockValley { wall: f64::MAX }, solver);
+        let run = executor.configure(|state| state.param(vec![0.0, 0.0]).max_iters(2)).run();
+        run.err().map(|error| error.to_string()).unwrap_or_default()
+    };
+    for first in [[2.0, 1.0], [f64::NAN, 1.0], [0.0, f64::NAN]] {
+        let text = refusal(LevenbergMarquardt::new(vec![first, WIDE[1]]));
+        assert!(text.contains("ascending bounds"), "{first:?}: {text}");
+    }
+    let backward = LevenbergMarquardt::new(WIDE.to_vec()).longest_steps(vec![1.0, -1.0]);
+    assert!(refusal(backward).contains("not negative"));
+    assert_eq!(refusal(LevenbergMarquardt::new(WIDE.to_vec())), "");
+}

@@ -4,10 +4,10 @@
 //! The Hessian, by the unknowns on their scales, contains the second derivatives of the simulation. The covariance is
 //! `v H^-1` for white noise of the variance `v`. With noise of other correlations or variances, or weights of rows
 //! (robust losses, leverage), it is `H^-1 M H^-1`, with the covariance `M` of the gradient of the misfit. Unknowns with
-//! an upper bound count as exact: their rows and columns of `H` and `M` are left out. [`std_errors`] returns a standard
-//! error per estimate, in its unit, none for those with an upper bound or without a value. If the remaining `H` is not
-//! positive definite, the optimum is no isolated minimum: a warning makes the fit unusable. A failed simulation is a
-//! note. In both cases all standard errors are none.
+//! a one-sided bound count as exact: their rows and columns of `H` and `M` are left out. [`std_errors`] returns a
+//! standard error per estimate, in its unit, none for those with a one-sided bound or without a value. If the remaining
+//! `H` is not positive definite, the optimum is no isolated minimum: a warning makes the fit unusable. A failed
+//! simulation is a note. In both cases all standard errors are none.
 
 use crate::code::Code;
 use crate::fit::search::fitted::Fitted;
@@ -18,7 +18,7 @@ use crate::fit::uncertainty::warning_list::{Severity, Warnings};
 use nalgebra::DMatrix;
 
 /// Standard errors of the `estimates`, one each, in their units, from the Hessian of the misfit at the optimum. None
-/// for estimates without a value, and for those with an upper bound: their logarithm has no standard deviation, and
+/// for estimates without a value, and for those with a one-sided bound: their logarithm has no standard deviation, and
 /// their rows of the Hessian are left out. If the simulation of the Hessian fails, all are none, and a note is added.
 /// If the rest of the Hessian is not positive definite, all are none, with a warning of the severity `Worthless`.
 pub(crate) fn std_errors(
@@ -41,8 +41,9 @@ pub(crate) fn std_errors(
         }
     };
     let n = estimates.len();
-    // A parameter that may be zero has no standard deviation of its logarithm.
-    let own: Vec<usize> = (0..n).filter(|i| estimates[*i].upper95.is_none()).collect();
+    // A parameter that may be zero, or infinite, has no standard deviation of its logarithm.
+    let is_one_sided = |e: &Estimate| e.upper95.is_some() || e.lower95.is_some();
+    let own: Vec<usize> = (0..n).filter(|i| !is_one_sided(&estimates[*i])).collect();
     let select = |m: &DMatrix<f64>| m.select_rows(&own).select_columns(&own);
     // The decomposition exists for positive definite matrices only.
     let Some(factors) = select(&DMatrix::from_fn(n, n, |i, j| hessian[i][j])).cholesky() else {

@@ -4,8 +4,10 @@
 //! difference is compared with the expected one, `sqrt(s^2 + mean(j C j'))`, both in the unit of the measurement. Here
 //! `j` are the rows of the Jacobian of the measured values, and `C` is the covariance of the unknowns of the fit that
 //! have a standard deviation. The noise `s` is the stated sigma, else the largest noise of the fitted measurements with
-//! the same unit, else 0. A ratio of the two that is too large for the number of values (chi-squared test) adds a
-//! warning of the severity `Contradiction`. So does a simulation that fails; its experiment has no prediction.
+//! the same unit, else 0. It is the root mean square over the values where these have sigmas of their own. The same two
+//! numbers with every difference divided by the factor of its sigma are compared: a ratio that is too large for the
+//! number of values (chi-squared test) adds a warning of the severity `Contradiction`. So does a simulation that fails;
+//! its experiment has no prediction.
 //! [`predictions`] returns one [`Prediction`] per held-out measurement for the report, in the order of the experiments;
 //! all markers of a recording share one.
 
@@ -33,8 +35,8 @@ pub struct Prediction {
     pub unit: String,
     /// Root mean square difference between prediction and measurement, in `unit`.
     pub rms: f64,
-    /// Expected `rms` from the noise and from the parameter errors, in `unit`. The noise is the given sigma, else the
-    /// largest one of the fitted measurements with this unit, else 0.
+    /// Expected `rms` from the noise and from the parameter errors, in `unit`. The noise is the given sigma (root mean
+    /// square of those of the values), else the largest one of the fitted measurements with this unit, else 0.
     pub expected: f64,
     /// Number of predicted values.
     pub values: usize,
@@ -52,10 +54,18 @@ impl Prediction {
     }
 }
 
+/// A prediction with its weighted errors, for the test of their ratio.
+struct TestedPrediction {
+    prediction: Prediction,
+    /// The same prediction with every difference over the factor of its sigma, so that all have the same noise.
+    weighted: Prediction,
+}
+
 /// Predictions of the held-out measurements of all `experiments`, in their order; experiments are simulated in parallel
 /// at the optimum. `sigma` is the noise of each fitted measurement, in its unit. An experiment whose simulation fails
-/// has none and adds a warning. A ratio of `rms` to `expected` that is too large by [`is_too_large`] adds one too. The
-/// warnings have the severity `Contradiction`. Empty without validation data.
+/// has none and adds a warning. A ratio of `rms` to `expected`, with every difference over the factor of its sigma,
+/// that is too large by [`is_too_large`] adds one too. The warnings have the severity `Contradiction`. Empty without
+/// validation data.
 pub(crate) fn predictions(
     experiments: &[Experiment],
     fitted: Fitted,
@@ -72,12 +82,12 @@ pub(crate) fn predictions(
     let predict = |e: &&Experiment| predict(e, fitted, covariance, sigma);
     let found: Vec<_> = measured.par_iter().map(predict).collect();
     let severity = Severity::Contradiction;
-    let mut predictions = Vec::new();
+    let mut tested: Vec<TestedPrediction> = Vec::new();
     // An experiment that cannot be simulated does not affect the others.
     for (experiment, found) in measured.iter().zip(found) {
         let name = &experiment.name;
         match found {
-            Ok(found) => predictions.extend(found),
+            Ok(found) => tested.extend(found),
             Err(error) => {
                 let text = experiment.with_name(format!(
                     "the validation data could not be predicted: the simulation failed ({error}). The fit \
@@ -88,20 +98,20 @@ pub(crate) fn predictions(
         }
     }
     // Errors beyond noise and parameters: the model does not hold for these data.
-    for p in &predictions {
-        let ratio = p.rms / p.expected.max(f64::MIN_POSITIVE);
-        if is_too_large(ratio, p.values) {
+    for TestedPrediction { weighted, .. } in &tested {
+        let ratio = weighted.rms / weighted.expected.max(f64::MIN_POSITIVE);
+        if is_too_large(ratio, weighted.values) {
             let text = format!(
                 "{}: the error of the prediction is {} the one that noise and parameter errors explain. The model \
                  does not generalize to these validation data. Look for a missing effect or a difference in the \
                  set-up",
-                p.observation,
+                weighted.observation,
                 factor_text(ratio)
             );
             warnings.add_for("", severity, Code::LargePredictionError, text);
         }
     }
-    predictions
+    tested.into_iter().map(|tested| tested.prediction).collect()
 }
 
 /// Predictions of all measurements of an experiment, from one run with derivatives at the optimum. Consecutive markers
@@ -113,8 +123,8 @@ fn predict(
     Fitted { search, optimum }: Fitted,
     covariance: &Covariance,
     noise: &[f64],
-) -> Result<Vec<Prediction>, Error> {
-    // Residuals in the units of the measurements, and without priors.
+) -> Result<Vec<TestedPrediction>, Error> {
+    // Residuals in the units of the measurements over the factors of their sigmas, and without priors.
     let unknowns: Vec<_> =
         search.unknowns.iter().map(|u| Unknown { prior: None, ..u.clone() }).collect();
     let ones = vec![1.0; experiment.measurements.len()];
@@ -130,29 +140,39 @@ fn predict(
         fitted.filter(|((_, m), _)| m.unit() == unit).map(|(_, s)| *s).fold(0.0, f64::max)
     };
     let mut first = 0;
-    let mut found: Vec<Prediction> = Vec::new();
+    let mut found: Vec<TestedPrediction> = Vec::new();
     // Mean square of the differences, and its expectation by noise and by the errors of the parameters.
     for (measurement, count) in experiment.measurements.iter().zip(residuals.counts()) {
         let own = first..first + count;
         first += count;
         let sigma = measurement.sigma().unwrap_or_else(|| fitted_noise(measurement.unit()));
-        let n = count.max(1) as f64;
-        let square = differences[own.clone()].iter().map(|d| d * d).sum::<f64>() / n;
-        let model = rows[own].iter().map(|row| covariance.variance_along(row)).sum::<f64>() / n;
-        let prediction = Prediction {
-            observation: experiment.group(measurement),
-            unit: measurement.unit().into(),
-            rms: square.sqrt(),
-            expected: (sigma * sigma + model).sqrt(),
-            values: count,
+        let variances: Vec<f64> =
+            rows[own.clone()].iter().map(|row| covariance.variance_along(row)).collect();
+        // With a factor on every value: 1, or that of its sigma.
+        let with_factors = |factors: &[f64]| {
+            let mean = |sum: f64| sum / count.max(1) as f64;
+            let square = |(d, f): (&f64, &f64)| (d * f).powi(2);
+            let rms = mean(differences[own.clone()].iter().zip(factors).map(square).sum()).sqrt();
+            let variance = |(model, f): (&f64, &f64)| (sigma * sigma + model) * f * f;
+            Prediction {
+                observation: experiment.group(measurement),
+                unit: measurement.unit().into(),
+                rms,
+                expected: mean(variances.iter().zip(factors).map(variance).sum()).sqrt(),
+                values: count,
+            }
         };
+        let weighted = with_factors(&vec![1.0; count]);
+        let prediction = with_factors(&measurement.sigmas(1.0));
         match found.last_mut() {
             Some(last)
-                if measurement.marker().is_some() && last.observation == prediction.observation =>
+                if measurement.marker().is_some()
+                    && last.prediction.observation == prediction.observation =>
             {
-                last.merge(&prediction);
+                last.prediction.merge(&prediction);
+                last.weighted.merge(&weighted);
             }
-            _ => found.push(prediction),
+            _ => found.push(TestedPrediction { prediction, weighted }),
         }
     }
     Ok(found)

@@ -9,8 +9,8 @@
 //!
 //! That simulation is omitted, and the strain of the initial shape counts, where [`OVERSHOOT`] times an estimated bound
 //! is at most `LARGEST_STRAIN`. The bound is the larger of the strain of the initial shape and of one by beam theory.
-//! Without an initial velocity the strain at equilibrium may replace the latter. Motions of supports and actuators are
-//! no part of the bound. Rods between recorded ends have no strains here.
+//! Without an initial velocity the strain at equilibrium may replace the latter. There is no bound with motions of
+//! supports, actuators, contacts, or signals of loads. Rods between recorded ends have no strains here.
 
 use crate::code::Code;
 use crate::fit::search::fitted::Fitted;
@@ -82,7 +82,8 @@ fn strain_at_rest(problem: &Problem) -> Option<LargestStrain> {
 /// The largest strain of the motion of experiment number `experiment`, whose `problem` has the values of the optimum.
 /// It is that of the initial shape, without a run, if [`OVERSHOOT`] times a bound is at most [`LARGEST_STRAIN`]. The
 /// bound is the larger one of that strain and of [`strain_bound`], or without an initial velocity of the strain at
-/// equilibrium. None between recorded ends, or where the run fails.
+/// equilibrium. Motions of supports, actuators, contacts and signals have no bound. None between recorded ends, or
+/// where the run fails.
 fn strain_in_motion(
     Fitted { search, optimum }: Fitted,
     experiment: usize,
@@ -90,12 +91,18 @@ fn strain_in_motion(
 ) -> Option<LargestStrain> {
     let gauge = StrainGauge::new(problem)?;
     let start = start_strain(problem, &gauge);
-    let is_allowed = |strain: f64| OVERSHOOT * strain <= LARGEST_STRAIN;
+    // The bounds are those of constant loads: nothing else may strain the rod.
+    let scene = problem.scene();
+    let has_bound = scene.supports.motion.is_empty()
+        && scene.actuation.is_empty()
+        && scene.contacts.is_empty()
+        && scene.signals.is_empty();
+    let is_allowed = |strain: f64| has_bound && OVERSHOOT * strain <= LARGEST_STRAIN;
     if is_allowed(start.strain.max(strain_bound(problem))) {
         return Some(start);
     }
     let at_rest = || strain_at_rest(problem).map_or(f64::INFINITY, |largest| largest.strain);
-    if !problem.scene().initial.moves() && is_allowed(start.strain.max(at_rest())) {
+    if has_bound && !scene.initial.moves() && is_allowed(start.strain.max(at_rest())) {
         return Some(start);
     }
     // No bound holds: the strain is computed after every step of a run.

@@ -106,8 +106,8 @@ impl ExtendedExperiments {
 
 /// Adds the effects of structures to the `experiments`, in place, each to those whose structure can have it. Returns
 /// these effects with their changes by the plausible size of the first experiment that has them; effects of several
-/// experiments with one path are one. Effects of `stated` parameters (identified or known inputs) are left out. Always
-/// `Ok`.
+/// experiments with one path and one name are one. Effects of `stated` parameters (identified or known inputs) are left
+/// out. Always `Ok`.
 fn effects_of_structures(
     experiments: &mut [Experiment],
     stated: &[Parameter],
@@ -123,7 +123,10 @@ fn effects_of_structures(
             let Some(problem) = effect.added(&experiment.problem) else { continue };
             experiment.problem = problem;
             let name = experiment.name.clone();
-            match found.iter_mut().find(|(own, _)| own.path == effect.path) {
+            // The path of an added joint is its index, which is another joint in another structure.
+            let is_same =
+                |own: &StructureEffect| own.path == effect.path && own.name == effect.name;
+            match found.iter_mut().find(|(own, _)| is_same(own)) {
                 Some((_, experiments)) => experiments.push(name),
                 None => found.push((effect, vec![name])),
             }
@@ -136,4 +139,50 @@ fn effects_of_structures(
         TestedEffect { effect: effect.omitted(), name: name.clone(), plausible_size: *size, change }
     };
     Ok(found.into_iter().map(tested).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::StructureScene;
+
+    /// Two welded rods, of which a support clamps one end.
+    fn welded(name: &str, rod: &str, end: &str) -> Experiment {
+        let text_of_rod = |name: &str, direction: &str| {
+            format!(
+                "[[rods]]\nname = \"{name}\"\nsegments = 8\nmaterial = \"rubber\"\n\
+                 shape = {{ kind = \"straight\", length = 0.15, direction = {direction} }}\n\
+                 section = {{ kind = \"circle\", radius = 5e-3 }}\n"
+            )
+        };
+        let text = [
+            text_of_rod("mast", "[0, 1, 0]"),
+            text_of_rod("arm", "[1, 0, 0]"),
+            "[[materials]]\nname = \"rubber\"\ndensity = 1100\nyoungs_modulus = 1e6\n".into(),
+            "[[joints]]\nkind = \"rigid\"\n".into(),
+            "connects = [{ rod = \"mast\", at = \"end\" }, { rod = \"arm\", at = \"start\" }]\n"
+                .into(),
+            format!(
+                "[[supports]]\nof = {{ rod = \"{rod}\", at = \"{end}\" }}\nkind = \"clamped\"\n"
+            ),
+            "[time]\nend = 0.1\nstep = 5e-3\n".into(),
+        ];
+        let scene = StructureScene::from_toml(&text.concat(), ".").unwrap();
+        Experiment::of_structure(name, scene).unwrap()
+    }
+
+    /// The springs of both supports are the second joint of their structures, but not one effect. The joint of the rods
+    /// is the same effect in both.
+    #[test]
+    fn supports_of_different_rods_are_different_effects() {
+        let mut experiments = [welded("one", "mast", "start"), welded("other", "arm", "end")];
+        let found = effects_of_structures(&mut experiments, &[]).unwrap();
+        let names = |path: &str| -> Vec<&str> {
+            let own = found.iter().filter(|tested| tested.effect.path == path);
+            own.map(|tested| &tested.name[..]).collect()
+        };
+        let supports = ["compliant support of mast, start", "compliant support of arm, end"];
+        assert_eq!(names("joints.1.rotation"), supports);
+        assert_eq!(names("joints.0.rotation"), ["compliant joint of mast, arm"]);
+    }
 }

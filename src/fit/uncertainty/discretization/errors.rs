@@ -2,9 +2,9 @@
 //!
 //! [`discretization_errors`] converts the bias of the unknowns by mesh and step to one [`DiscretizationError`] per
 //! estimate, as fractions of its value (differences of logarithms of positive parameters). It is none where the
-//! estimate is not identifiable, or no other mesh or step was compared. For a mesh or step that the program chose for
-//! all experiments the error is the part that may remain after the correction ([`REMAINING_FRACTION`]), and the signed
-//! correction is given too. For others it is the whole bias. The report of a fit lists the errors.
+//! estimate is not identifiable or zero, or no other mesh or step was compared. For a mesh or step that the program
+//! chose for all experiments the error is the part that may remain after the correction ([`REMAINING_FRACTION`]), and
+//! the signed correction is given too. For others it is the whole bias. The report of a fit lists the errors.
 //!
 //! Errors by mesh and step that are not chosen, together above [`LARGE_ERROR`] half-widths of the 95 % interval, are a
 //! warning (`Numerics`). If discretization errors are more than [`EXPLAINING_FRACTION`] of residuals that are no noise,
@@ -51,12 +51,12 @@ pub struct DiscretizationError {
 }
 
 /// Discretization errors of the `estimates`, one each in their order, by the `bias` of their unknowns, as fractions of
-/// the corrected values (for positive parameters differences of logarithms). For a mesh or step that the program chose
-/// for all experiments they are [`REMAINING_FRACTION`] of the bias, else all of it. An estimate whose errors of the
-/// latter kind are together above [`LARGE_ERROR`] half-widths of the 95 % interval adds a warning. If any mesh or step
-/// is given, more than [`EXPLAINING_FRACTION`] of the residuals are discretization errors and the `warnings` have a
-/// misfit, one more is added. All then have the severity `Mesh` instead of `Numerics`. `noise` has the degrees of
-/// freedom of the half-width.
+/// the corrected values (for positive parameters differences of logarithms; none of a value that is zero). For a mesh
+/// or step that the program chose for all experiments they are [`REMAINING_FRACTION`] of the bias, else all of it. An
+/// estimate whose errors of the latter kind are together above [`LARGE_ERROR`] half-widths of the 95 % interval adds a
+/// warning. If any mesh or step is given, more than [`EXPLAINING_FRACTION`] of the residuals are discretization errors
+/// and the `warnings` have a misfit, one more is added. All then have the severity `Mesh` instead of `Numerics`.
+/// `noise` has the degrees of freedom of the half-width.
 pub(crate) fn discretization_errors(
     estimates: &[Estimate],
     Fitted { search, optimum }: Fitted,
@@ -77,18 +77,21 @@ pub(crate) fn discretization_errors(
                      discretization error. Refine the numerics before searching for a missing effect";
         warnings.add(severity, Code::NumericsNotModel, format!("{text} ({remedy})"));
     }
-    // Each unknown: its errors by mesh and by step, as fractions of its value.
+    // Each unknown: its errors by mesh and by step.
     let coverage_factor = quantile95(noise.degrees_of_freedom);
     let mut errors = Vec::new();
     for (i, (unknown, estimate)) in search.unknowns.iter().zip(estimates).enumerate() {
         let correction = bias.correction(i);
         let value = unknown.from_scale(optimum.x[i] + correction);
         // A difference of logarithms is relative.
-        let size = if unknown.parameter.is_positive() { 1.0 } else { value.abs() };
+        let is_positive = unknown.parameter.is_positive();
+        let size = if is_positive { 1.0 } else { value.abs() };
+        let fraction = |error: f64| fraction_of(error, size);
+        // In the unit of the value, or of its logarithm.
         let error = |part: &BiasPart| {
-            let fraction = if part.is_chosen { REMAINING_FRACTION } else { 1.0 };
+            let remaining = if part.is_chosen { REMAINING_FRACTION } else { 1.0 };
             let shift = part.shift(i).filter(|_| estimate.identifiable)?;
-            Some(fraction * (shift / size).abs())
+            Some(remaining * shift.abs())
         };
         let parts = bias.parts();
         let [mesh, step] = parts.map(error);
@@ -99,20 +102,20 @@ pub(crate) fn discretization_errors(
         errors.push(DiscretizationError {
             name: unknown.parameter,
             experiments: unknown.experiments.clone(),
-            relative: mesh.or(step).map(|_| sum(|_| true)),
-            mesh,
-            step,
-            correction: is_corrected.then_some(correction / size),
+            relative: mesh.or(step).and_then(|_| fraction(sum(|_| true))),
+            mesh: mesh.and_then(fraction),
+            step: step.and_then(fraction),
+            correction: fraction(correction).filter(|_| is_corrected),
         });
         // Errors of chosen numerics are corrected, and in the interval.
-        let relative = sum(|part| !part.is_chosen);
+        let given = sum(|part| !part.is_chosen);
+        let change = |value: f64| if is_positive { given * value } else { given };
         if let (Some(value), Some(sd)) = (estimate.value, estimate.std_error)
-            && relative * value.abs() > LARGE_ERROR * coverage_factor * sd
+            && change(value) > LARGE_ERROR * coverage_factor * sd
         {
-            let name = estimate.name;
-            let size = match name.is_positive() {
-                true => percent(relative),
-                false => format!("{:.1e} {}", relative * value.abs(), name.unit()),
+            let size = match is_positive {
+                true => percent(given),
+                false => format!("{given:.1e} {}", estimate.name.unit()),
             };
             let text = format!(
                 "{}: the discretization error may be {}, more than the half-width of the 95 % interval. The \
@@ -124,6 +127,11 @@ pub(crate) fn discretization_errors(
         }
     }
     errors
+}
+
+/// An `error` as a fraction of the `size` of a value, in the same unit; none for the size zero.
+fn fraction_of(error: f64, size: f64) -> Option<f64> {
+    (size > 0.0).then_some(error / size)
 }
 
 /// The action, as text, against discretization errors of a given mesh and step. If any scene is a structure, it is to
@@ -138,5 +146,17 @@ fn remedy(experiments: &[Experiment]) -> &'static str {
         }
         true => "Leave out time.step, and the program chooses it; the mesh is that of the polyline",
         false => "Leave out rod.segments and time.step, and the program chooses them",
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A fraction of zero is neither infinite nor NaN, of which JSON has no numbers.
+    #[test]
+    fn fraction_of_a_value_of_zero_is_none() {
+        assert_eq!(fraction_of(0.02, 0.5), Some(0.04));
+        assert_eq!([0.0, 0.02].map(|error| fraction_of(error, 0.0)), [None; 2]);
     }
 }

@@ -11,10 +11,10 @@
 //! [`test_residuals`] adds a `Misfit` for each coordinate that is neither white nor AR(1) noise, or has a trend, and
 //! notes on outliers and autocorrelation. [`excess_over_noise_scale`] adds an `Ambiguous` warning for each coordinate
 //! whose residuals exceed the noise scale from differences of the samples, or without a scale correlate by more than
-//! [`STRONG_CORRELATION`]. With a stated sigma only a correlation at its limit counts. [`doubtful_sigmas`] notes a
-//! stated sigma of a recorded motion that differs from the scatter of the data by more than a factor of 2.5.
-//! [`is_noise`] returns whether the first three find nothing of the severity `Worthless`, `Unexplained`, `Misfit` or
-//! `Ambiguous`.
+//! [`STRONG_CORRELATION`]. A correlation at its limit counts in any case, and with a stated sigma only that.
+//! [`doubtful_sigmas`] notes a stated sigma of a recorded motion that differs from the scatter of the data by more than
+//! a factor of 2.5. [`is_noise`] returns whether the first three find nothing of the severity `Worthless`,
+//! `Unexplained`, `Misfit` or `Ambiguous`.
 
 use crate::code::Code;
 use crate::fit::measurement::experiment::all;
@@ -26,6 +26,7 @@ use crate::fit::search::residual_acceptance::{are_residuals_noise, residual_test
 use crate::fit::uncertainty::covariance::local_analysis::LocalAnalysis;
 use crate::fit::uncertainty::noise::adequacy::{Adequacy, CoordinateNoise, is_sigma_doubtful};
 use crate::fit::uncertainty::noise::autocorrelation::NoiseModel;
+use crate::fit::uncertainty::noise::noise_scale::NoiseScale;
 use crate::fit::uncertainty::noise::outlying_experiments::UnexplainedParts;
 use crate::fit::uncertainty::warning_list::{Severity, Warnings, percent};
 use crate::numerics::total_order;
@@ -240,20 +241,32 @@ pub(crate) fn excess_over_noise_scale(
             ),
             // Residuals without an independent scale: strong correlation only.
             _ if *is_at_cap || is_unresolved && !is_stated => {
-                let reason = scale.unavailable.as_ref().map(|reason| format!(" ({reason})"));
-                let reason = reason.unwrap_or_default();
-                let text = format!(
-                    "neighboring residuals correlate by {correlation:.2}, and no independent \
-                     noise scale is available{reason}. Autocorrelated noise and a missing effect cannot be separated. \
-                     State sigma"
-                );
-                (Code::UnresolvedCorrelation, text)
+                (Code::UnresolvedCorrelation, correlation_text(scale, *correlation, is_stated))
             }
             _ => continue,
         };
         let text = format!("{observation}, {axis}: {text}");
         warnings.add_for(experiment, Severity::Ambiguous, code, text);
     }
+}
+
+/// Text of the warning of an unresolved AR(1) `correlation` of the residuals of a coordinate. Without a noise `scale`
+/// and a stated sigma their absence is the reason, and the action is to state sigma. Else the correlation is the
+/// largest that its estimate can have, and a longer record is needed.
+fn correlation_text(scale: &NoiseScale, correlation: f64, is_stated: bool) -> String {
+    let finding = format!("neighboring residuals correlate by {correlation:.2}");
+    let consequence = "Autocorrelated noise and a missing effect cannot be separated";
+    if is_stated || scale.value.is_some() {
+        return format!(
+            "{finding}, the largest value that can be estimated. {consequence}. Record a longer motion, or try \
+             --extend"
+        );
+    }
+    let reason = scale.unavailable.as_ref().map(|reason| format!(" ({reason})"));
+    let reason = reason.unwrap_or_default();
+    format!(
+        "{finding}, and no independent noise scale is available{reason}. {consequence}. State sigma"
+    )
 }
 
 /// Adds a note for each stated sigma of a recorded motion that differs from the scatter of the data by more than a
@@ -312,12 +325,38 @@ fn note_autocorrelation(tests: &[ResidualTests], unknowns: usize, warnings: &mut
 
 #[cfg(test)]
 mod tests {
-    use super::is_too_large;
+    use super::*;
 
     /// Chi-squared: the root of its 99.9 % quantile is 3.29 for one value, and below 1.5 for a hundred.
     #[test]
     fn few_values_have_a_larger_limit_than_many() {
         assert!(!is_too_large(2.0, 1) && is_too_large(3.4, 1));
         assert!(is_too_large(1.6, 100) && !is_too_large(1.4, 100));
+    }
+
+    /// The missing scale is the reason, and sigma the action, only where there is neither a scale nor a stated sigma.
+    #[test]
+    fn text_of_a_correlation_asks_for_sigma_only_without_any_scale() {
+        let text = |value: Option<f64>, is_stated: bool| {
+            let scale = NoiseScale {
+                observation: "tip.csv".into(),
+                axis: "x".into(),
+                value,
+                unit: "m".into(),
+                degrees_of_freedom: value.map(|_| 20.0),
+                difference_order: None,
+                residual_rms: 1e-3,
+                p_value: None,
+                unavailable: None,
+            };
+            correlation_text(&scale, 0.97, is_stated)
+        };
+        for (value, is_stated) in [(None, false), (None, true), (Some(1e-4), false)] {
+            let text = text(value, is_stated);
+            let has_none = value.is_none() && !is_stated;
+            assert_eq!(text.contains("no independent noise scale"), has_none, "{text}");
+            assert_eq!(text.contains("State sigma"), has_none, "{text}");
+            assert_eq!(text.contains("Record a longer motion"), !has_none, "{text}");
+        }
     }
 }
