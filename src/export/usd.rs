@@ -14,8 +14,12 @@ use std::fmt::Write;
 /// edge after it, at the last node of the last edge.
 pub(super) fn stage(chain: &RodChain, notes: &[String]) -> String {
     let mut text = String::from(
-        "#usda 1.0\n(\n    defaultPrim = \"rod\"\n    metersPerUnit = 1\n    kilogramsPerUnit = 1\n    upAxis = \"Z\"\n)\n\n",
+        "#usda 1.0\n(\n    defaultPrim = \"rod\"\n    metersPerUnit = 1\n    kilogramsPerUnit = 1\n",
     );
+    // Only y and z can be up; planar scenes usually have their weight along y.
+    let [_, y, z] = chain.gravity;
+    let up = if y.abs() > z.abs() { "Y" } else { "Z" };
+    let _ = write!(text, "    upAxis = \"{up}\"\n)\n\n");
     for note in notes {
         let _ = writeln!(text, "# {note}");
     }

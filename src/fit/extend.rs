@@ -25,6 +25,8 @@ use crate::fit::uncertainty::estimate::Estimate;
 use crate::fit::uncertainty::grade::Grade;
 use crate::fit::unknown::Unknown;
 
+/// Start of a positive number, over its value in the scene, where its estimate is not positive.
+const SMALL_START: f64 = 0.1;
 /// Largest number of extensions that are tried, each a complete fit. Three of them often have similar effects, as a
 /// tilted clamp, a tilted camera and a curved rest shape.
 const MOST_TERMS: usize = 6;
@@ -121,7 +123,10 @@ impl FitFile {
                 // The scene may have a part of the effect: the score test estimates the change from it.
                 let value = parameter.of(problem.scene()).unwrap_or(0.0);
                 let size = estimate.or((extension.plausible)(&sizes)).unwrap_or(0.0);
-                start.get_or_insert(value + size);
+                // An estimate below zero of a positive number is one of a smaller number.
+                let sum = value + size;
+                let is_beyond = parameter.is_positive() && value > 0.0 && sum <= 0.0;
+                start.get_or_insert(if is_beyond { SMALL_START * value } else { sum });
                 names.push(experiment.name.clone());
                 experiment.problem = problem;
             }

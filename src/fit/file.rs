@@ -276,7 +276,7 @@ impl FitFile {
         // A parameter that is not searched has no use for a start, bounds or a prior: they would be a mistake.
         let is_alone =
             unknown.start.is_none() && unknown.bounds.is_none() && unknown.prior.is_none();
-        let allowed = "no start, bounds or prior together with value, as the parameter is not \
+        let allowed = "no start, bounds or prior together with fixed, as the parameter is not \
                        identified";
         ensure(is_alone, format!("{key}.fixed"), value, allowed)?;
         unknown.check(&self.experiments, &key)?;

@@ -122,6 +122,7 @@ pub(crate) fn correlations(knowns: &[Known]) -> Result<DMatrix<f64>, Error> {
     let n = knowns.len();
     // Each correlation is given at one of its inputs and applies to both.
     let mut matrix = DMatrix::identity(n, n);
+    let mut is_given = DMatrix::from_element(n, n, false);
     for (i, known) in knowns.iter().enumerate() {
         for (k, Correlation { with, experiment, value }) in known.correlations.iter().enumerate() {
             let key = |own: &str| format!("known[{i}].correlation[{k}].{own}");
@@ -140,9 +141,12 @@ pub(crate) fn correlations(knowns: &[Known]) -> Result<DMatrix<f64>, Error> {
                 return Err(Error::invalid(key("with"), found, allowed));
             };
             ensure((-1.0..=1.0).contains(value), key("value"), value, "-1 .. 1")?;
-            let given = matrix[(i, j)];
-            let found = format!("{value}, and {given} for the same pair");
-            ensure(given == 0.0 || given == *value, key("value"), found, "one value")?;
+            if is_given[(i, j)] {
+                let given = matrix[(i, j)];
+                let found = format!("{value}, and {given} for the same pair");
+                ensure(given == *value, key("value"), found, "one value")?;
+            }
+            (is_given[(i, j)], is_given[(j, i)]) = (true, true);
             (matrix[(i, j)], matrix[(j, i)]) = (*value, *value);
         }
     }

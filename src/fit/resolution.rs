@@ -58,8 +58,8 @@ const MOST_WORK: f64 = 4e6;
 /// The experiments with the mesh and the step with which a search begins, where the scenes leave these open; others
 /// unchanged. The mesh has at least the edges of a first guess for the measurements, [`FIRST_EDGES`], and
 /// [`FIRST_PER_MODE`] times the highest measured mode. The step, s, is twice the shortest rise time of the recordings
-/// over [`FIRST_STEPS`], at most one that resolves moving supports and signals. Without recordings, or if any has the
-/// rise time zero, it is the scene's own. An error if a scene does not allow them.
+/// over [`FIRST_STEPS`], at most one that resolves moving supports and signals. Without a
+/// [rise time](Experiment::rise_time) it is the scene's own. An error if a scene does not allow them.
 pub(crate) fn with_initial_resolution(
     experiments: Vec<Experiment>,
 ) -> Result<Vec<Experiment>, Error> {
@@ -72,12 +72,9 @@ pub(crate) fn with_initial_resolution(
         // The mesh is chosen for the measurements: the scene's own may resolve a motion that was not recorded.
         let guess = scene.reopened().problem_for(Aim::Guess)?.segments();
         let segments = guess.max(FIRST_EDGES).max(modes);
-        let period =
-            experiment.records().map(|o| 2.0 * o.rise_time()).fold(f64::INFINITY, f64::min);
-        let step = period / FIRST_STEPS;
-        let step = match step.is_finite() && step > 0.0 {
-            true => step.min(scene.largest_good_step()),
-            false => step_size(&experiment),
+        let step = match experiment.rise_time() {
+            Some(rise) => (2.0 * rise / FIRST_STEPS).min(scene.largest_good_step()),
+            None => step_size(&experiment),
         };
         with_resolution(experiment, segments, step)
     };

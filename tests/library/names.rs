@@ -37,12 +37,12 @@ curved_joints damping data data_precheck dataset dead_load dead_moment definitio
 determined_groups difference director_axes discrepancy discrete discretization displacement_driven display
 drag drag_forces drawing duplicates dynamics edge_contact edge_coordinates edge_tie edges effects elimination
 energy energy_balance entries envelope envelope_lu equilibrium equilibrium_derivatives error errors estimate
-estimate_table experiment experiment_estimates experiment_form explain export extend extra extrapolation fault
-faults field figure file film find_equilibrium findings finite_difference fit fit_name fit_pattern fit_run
-fit_statistics fit_summary fitted follower_load follower_loads follower_modes foot_point force_rates forces
-form former_results forward_derivatives frame frame_products frames free_run frequencies frequencies_form
-gauge gauss_newton generate geometry grade grid hash held_nodes hermite hessian hints history html
-hyperelastic hyperelastic_stretch identifiability inertia init initial initial_sigmas input input_changes
+estimate_table estimated_weights experiment experiment_estimates experiment_form explain export extend extra
+extrapolation fault faults field figure file film find_equilibrium findings finite_difference fit fit_name
+fit_pattern fit_run fit_statistics fit_summary fitted follower_load follower_loads follower_modes foot_point
+force_rates forces form former_results forward_derivatives frame frame_products frames free_run frequencies
+frequencies_form gauge gauss_newton generate geometry grade grid hash held_nodes hermite hessian hints history
+html hyperelastic hyperelastic_stretch identifiability inertia init initial initial_sigmas input input_changes
 input_directions input_errors input_sensitivities inspect inspection inspection_summary job_script joined_rods
 joint joint_law journal known lanczos lanes largest_step law layout ldlt levenberg_marquardt limit limits
 line_loads linearization linearized links lists load_deflection load_deflection_form loads local_analysis

@@ -15,7 +15,7 @@
 //! for the terminal.
 
 use crate::code::Code;
-use crate::error::Error;
+use crate::error::{Error, ensure};
 use crate::fit::field::plan::FieldFit;
 use crate::fit::field::space::FieldSpace;
 use crate::fit::report::plot_data::Series;
@@ -188,13 +188,15 @@ impl FieldReport {
     /// `scene` has for them, list after list, then the single parameters.
     ///
     /// # Errors
-    /// [`Error::Invalid`] for a scene without one of the lists. Single parameters are not compared with the scene.
+    /// [`Error::Invalid`] for a scene without one of the lists, or with another number of values. Single parameters are not compared with the scene.
     pub fn values(&self, scene: &Scene) -> Result<Vec<(Parameter, f64)>, Error> {
         let mut values = Vec::new();
         for field in &self.fields {
-            values.extend(
-                Parameter::list(scene, &field.name)?.into_iter().zip(field.values.iter().copied()),
-            );
+            let list = Parameter::list(scene, &field.name)?;
+            let (found, allowed) = (list.len(), field.values.len());
+            let allowed = format!("{allowed}, the number of values that were identified");
+            ensure(list.len() == field.values.len(), &field.name, found, allowed)?;
+            values.extend(list.into_iter().zip(field.values.iter().copied()));
         }
         values.extend(self.parameters.iter().map(|single| (single.name, single.value)));
         Ok(values)

@@ -28,6 +28,10 @@ const STEPS_OF_REST: f64 = 20.0;
 /// mode under the load.
 const PART_OF_CRITICAL_LOAD: f64 = 0.5;
 
+/// Smallest motion of a point whose rise time counts, over the largest motion of the experiment: a marker beside a
+/// clamp moves by its noise alone.
+const LEAST_MOTION: f64 = 0.05;
+
 /// A scene with its measurements. Several experiments may share parameters.
 #[derive(Clone, Debug)]
 pub struct Experiment {
@@ -107,18 +111,19 @@ impl Experiment {
     /// The recorded motions, in the order of the measurements. Readings of a gauge or a sensor over time are included
     /// as the x coordinate of a motion, in their own unit. Measurements at rest and frequencies are not.
     pub(crate) fn records(&self) -> impl Iterator<Item = Cow<'_, PointMotion>> {
-        self.measurements.iter().filter_map(|m| match m.motion() {
-            Some(motion) => Some(Cow::Borrowed(motion)),
-            None => {
-                // Readings at rest have no time and are no record.
-                let values = m.times().into_iter().zip(m.scalars());
-                let sample = |(t, x): (Option<f64>, f64)| {
-                    Some(Sample { time: t?, position: [Some(x), None, None] })
-                };
-                let samples: Vec<Sample> = values.filter_map(sample).collect();
-                (!samples.is_empty()).then(|| Cow::Owned(PointMotion::new(samples)))
-            }
-        })
+        self.measurements.iter().filter_map(record)
+    }
+
+    /// The shortest [rise time](PointMotion::rise_time) of the recorded motions and of the gauges and sensors over time,
+    /// s. Left out are motions smaller than [`LEAST_MOTION`] of the largest one, whose rise is noise, and rise times of
+    /// zero. None where nothing is left.
+    pub(crate) fn rise_time(&self) -> Option<f64> {
+        let largest = self.motions().map(PointMotion::largest_distance).fold(0.0, f64::max);
+        let moves = |m: &&Measurement| {
+            m.motion().is_none_or(|own| own.largest_distance() >= LEAST_MOTION * largest)
+        };
+        let records = self.measurements.iter().filter(moves).filter_map(record);
+        records.map(|own| own.rise_time()).filter(|rise| *rise > 0.0).reduce(f64::min)
     }
 
     /// Whether a motion, or a gauge or sensor over time, was measured, so that the motion of the rod is simulated.
@@ -240,10 +245,50 @@ pub(crate) fn full_work(experiments: &[Experiment]) -> Result<f64, Error> {
     experiments.iter().map(Experiment::full_work).sum()
 }
 
+/// A recorded motion, or the readings over time of a gauge or sensor as its x coordinate, in their own unit; none of
+/// other measurements.
+fn record(measurement: &Measurement) -> Option<Cow<'_, PointMotion>> {
+    if let Some(motion) = measurement.motion() {
+        return Some(Cow::Borrowed(motion));
+    }
+    // Readings at rest have no time and are no record.
+    let values = measurement.times().into_iter().zip(measurement.scalars());
+    let sample =
+        |(t, x): (Option<f64>, f64)| Some(Sample { time: t?, position: [Some(x), None, None] });
+    let samples: Vec<Sample> = values.filter_map(sample).collect();
+    (!samples.is_empty()).then(|| Cow::Owned(PointMotion::new(samples)))
+}
+
 /// All measurements of all experiments, each with its experiment, in the order of the residuals: by experiment, then by
 /// measurement.
 pub(crate) fn all(
     experiments: &[Experiment],
 ) -> impl Iterator<Item = (&Experiment, &Measurement)> + Clone {
     experiments.iter().flat_map(|e| e.measurements.iter().map(move |m| (e, m)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fit::measurement::motion::Observation;
+    use crate::scene::Scene;
+
+    /// A marker that trembles by a thousandth of the tip's motion has a rise time of one frame, which is no time of the
+    /// rod's motion. The cosine rises within half its period, 0.5 s.
+    #[test]
+    fn rise_time_of_an_experiment_is_that_of_its_moving_markers() {
+        let problem = Scene::load("data/cantilever.toml").unwrap().problem().unwrap();
+        let motion = |y: &dyn Fn(usize) -> f64| {
+            let sample =
+                |k: usize| Sample { time: 0.01 * k as f64, position: [None, Some(y(k)), None] };
+            Observation::new((0..200).map(sample).collect())
+        };
+        let tip = motion(&|k| 0.1 * (std::f64::consts::TAU * 0.01 * k as f64).cos());
+        let still = motion(&|k| 1e-4 * f64::from(u8::from(k % 2 == 1)));
+        let alone = Experiment::new("", &problem).observe(tip);
+        let rise = alone.rise_time().unwrap();
+        assert!((0.3..0.51).contains(&rise), "{rise}");
+        assert_eq!(alone.observe(still.clone()).rise_time(), Some(rise));
+        assert_eq!(Experiment::new("", &problem).observe(still).rise_time(), Some(0.01));
+    }
 }

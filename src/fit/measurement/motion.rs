@@ -50,6 +50,14 @@ pub struct Sample {
     pub position: [Option<f64>; 3],
 }
 
+impl Sample {
+    /// Distance, m, from the point `from`, over the coordinates that both have.
+    fn distance(&self, from: [Option<f64>; 3]) -> f64 {
+        let parts = (0..3).filter_map(|c| Some((self.position[c]? - from[c]?).powi(2)));
+        parts.sum::<f64>().sqrt()
+    }
+}
+
 /// Treatment of frames in which a marker jumps.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
@@ -351,22 +359,28 @@ impl PointMotion {
         self.samples.windows(2).map(speed).fold(0.0, f64::max)
     }
 
+    /// The first observed value of each coordinate, m; none of a coordinate that was not observed.
+    fn first_coordinates(&self) -> [Option<f64>; 3] {
+        [0, 1, 2].map(|c| self.samples.iter().find_map(|s| s.position[c]))
+    }
+
+    /// The largest distance of a sample from the first observed value of each coordinate, m; 0 without samples.
+    pub(crate) fn largest_distance(&self) -> f64 {
+        let first = self.first_coordinates();
+        self.samples.iter().map(|s| s.distance(first)).fold(0.0, f64::max)
+    }
+
     /// Time, s, of the first sample at [`RISEN`] times the size of the first swing: about half a period of a free
     /// vibration. Distances are from the first observed value of each coordinate. The swing grows with the distance of
     /// the samples that have all coordinates of the record; its size is the largest one. It ends where the distance
     /// falls below [`RETURN`] of its size so far, if this is at least [`SWING`] of the largest distance in the record.
     /// In space the largest may come much later, when sideways motion has built up. Zero without samples.
     pub(crate) fn rise_time(&self) -> f64 {
-        // Each coordinate starts at its first observed value.
-        let first: [Option<f64>; 3] =
-            [0, 1, 2].map(|c| self.samples.iter().find_map(|s| s.position[c]));
-        let distance = |s: &Sample| -> f64 {
-            let parts = (0..3).filter_map(|c| Some((s.position[c]? - first[c]?).powi(2)));
-            parts.sum::<f64>().sqrt()
-        };
+        let first = self.first_coordinates();
+        let distance = |s: &Sample| s.distance(first);
         // A sample that lacks coordinates has too small a distance.
         let whole = |s: &&Sample| (0..3).all(|c| first[c].is_some() == s.position[c].is_some());
-        let farthest = self.samples.iter().map(distance).fold(0.0, f64::max);
+        let farthest = self.largest_distance();
         let mut swing = 0.0_f64;
         for sample in self.samples.iter().filter(whole) {
             let d = distance(sample);

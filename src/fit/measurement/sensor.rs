@@ -173,6 +173,9 @@ impl DataKind for SensorReadings {
             let found = "a filter of readings at rest";
             ensure(moves, format!("{key}.filter"), found, "a filter of readings over time only")?;
         }
+        if let Tare::Known(offset) = self.tare {
+            ensure(offset.is_finite(), format!("{key}.tare"), offset, "a finite number")?;
+        }
         if self.tare == Tare::Free {
             let tare = format!("{key}.tare");
             let count = self.readings.len();

@@ -175,11 +175,9 @@ impl<'a> Search<'a> {
         // Fewer samples than these may not determine all unknowns.
         let wait = |o: &PointMotion| o.samples.get(enough).map_or(f64::MAX, |s| s.time);
         let first = |experiment: &Experiment| {
-            let least = |part: &dyn Fn(&PointMotion) -> f64| {
-                experiment.records().map(|o| part(&o)).fold(f64::MAX, f64::min)
-            };
             // Twice the rise of the fastest record is about its first period.
-            let (rise, sampled) = (least(&PointMotion::rise_time), least(&wait));
+            let rise = experiment.rise_time().unwrap_or(f64::MAX);
+            let sampled = experiment.records().map(|o| wait(&o)).fold(f64::MAX, f64::min);
             (2.0 * rise * stretch).max(sampled).min(experiment.duration())
         };
         self.experiments.iter().map(first).collect()

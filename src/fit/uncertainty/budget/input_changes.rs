@@ -5,8 +5,8 @@
 //! input by one standard uncertainty, `with_size` that of an omitted effect by a given size. [`unstated_inputs`]
 //! returns changes by +1 % of other nonzero numbers of geometry, material, loads, camera scale and motion
 //! (`INPUT_PATHS`). Left out are directions, points of a structure (`PLACES`), numbers that are identified or known,
-//! and those without derivatives in the model. The list ends after [`MOST_NUMBERS`] numbers. The components of a vector
-//! are one change. Derivatives of the residuals by these numbers yield the [input
+//! and those without derivatives in the model. Numbers after the first [`MOST_NUMBERS`] are left out, but for components of
+//! vectors that have begun; those of a vector are one change. Derivatives of the residuals by these numbers yield the [input
 //! directions](crate::fit::uncertainty::budget::input_directions). `shifted` moves the values at which these
 //! derivatives are taken. `relative_density_change` returns the relative change if only the density changes, in all
 //! experiments and by the same fraction; else `None`.
@@ -144,8 +144,8 @@ impl InputChange {
 
 /// A change by +1 % of every input of the scenes in [`INPUT_PATHS`], without direction vectors and points of a
 /// structure. Left out are numbers that are identified or among `knowns`, zeros, and those that the model cannot
-/// differentiate by. The list ends after [`MOST_NUMBERS`] numbers, also between the components of a vector. The
-/// components of a vector are parts of one change, named like the vector.
+/// differentiate by. Numbers after the first [`MOST_NUMBERS`] are left out, but for components of vectors that have
+/// begun. The components of a vector are parts of one change, named like the vector.
 pub(crate) fn unstated_inputs(search: &Search, knowns: &[Known]) -> Vec<InputChange> {
     let is_stated = |p: Parameter, e: &Experiment| {
         search.unknowns.iter().any(|u| u.parameter == p && u.is_of(e))
@@ -171,8 +171,13 @@ pub(crate) fn unstated_inputs(search: &Search, knowns: &[Known]) -> Vec<InputCha
             {
                 continue;
             }
-            if numbers.len() == MOST_NUMBERS {
-                return changes;
+            // One per cent of a vector is one per cent of each component.
+            let vector = [".x", ".y", ".z"].iter().find_map(|c| path.strip_suffix(c));
+            let source = vector.unwrap_or(path);
+            // The components of a vector that has begun are completed.
+            let is_new = changes.iter().all(|change| change.source != source);
+            if is_new && numbers.len() >= MOST_NUMBERS {
+                continue;
             }
             numbers.push(parameter);
             // In experiments that state the number its value is not that of the scene.
@@ -183,8 +188,7 @@ pub(crate) fn unstated_inputs(search: &Search, knowns: &[Known]) -> Vec<InputCha
                 number.experiments = free.into_iter().map(|e| e.name.clone()).collect();
             }
             let mut change = InputChange::new(search.experiments, &number, |x| PER_CENT * x);
-            // One per cent of a vector is one per cent of each component.
-            if let Some(vector) = [".x", ".y", ".z"].iter().find_map(|c| path.strip_suffix(c)) {
+            if let Some(vector) = vector {
                 change.source = vector.into();
             }
             match changes.iter_mut().find(|other| other.source == change.source) {

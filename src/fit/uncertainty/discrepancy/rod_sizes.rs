@@ -59,7 +59,6 @@ impl RodSizes {
         let moments = scene.rod.section.moments();
         let [i1, i2] = moments.second_moments;
         let least = i1.min(i2);
-        let rise_times = experiment.records().map(|o| o.rise_time()).filter(|t| *t > 0.0);
         let spacing = |o: &PointMotion| {
             let (first, last) = (o.samples.first()?.time, o.samples.last()?.time);
             (o.samples.len() > 1).then(|| (last - first) / (o.samples.len() - 1) as f64)
@@ -89,7 +88,7 @@ impl RodSizes {
             thickness: 4.0 * (least / moments.area).sqrt(),
             bending: scene.material.youngs_modulus * least,
             // The first extreme is half a period after the start.
-            frequency: rise_times.reduce(f64::min).map(|time| PI / time),
+            frequency: experiment.rise_time().map(|time| PI / time),
             frame,
             row_delay: picture.filter(|_| is_pictured && has_coordinate(1)).map(|t| t / length),
             distortion: (is_pictured && has_picture).then_some(DISTORTION / (length * length)),

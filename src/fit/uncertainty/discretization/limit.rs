@@ -134,7 +134,7 @@ fn with_other_step(
         return Ok(None);
     }
     let mut scene = experiment.problem.scene().clone();
-    let period = experiment.records().map(|o| 2.0 * o.rise_time()).fold(f64::INFINITY, f64::min);
+    let period = experiment.rise_time().map_or(f64::INFINITY, |rise| 2.0 * rise);
     let is_chosen = scene.chosen().step;
     let fewest = if is_chosen { FEWEST_CHOSEN_STEPS } else { FEWEST_STEPS };
     // A larger step must still resolve the first oscillation and the motion of the supports.
