@@ -360,7 +360,8 @@ impl Error {
         self
     }
 
-    /// Whether the error is one of the input (exit code 2), without a code, and not of the computation (3).
+    /// Whether the error is one of the input: it has no [`code`](Self::code), and the exit code is 2. All other errors
+    /// are those of the computation.
     pub fn is_input(&self) -> bool {
         self.code().is_none()
     }

@@ -4,7 +4,7 @@
 //! first step in s. The first run has half of the edges or steps that the scene gives. Each further run usually has a
 //! finer mesh or smaller steps. The [differences](crate::accuracy::difference) between successive runs estimate the
 //! errors of mesh and step. The part with the larger error is refined next. A failed run is followed by one with
-//! smaller steps, unless the step is given; repeated failures also add edges, unless the mesh is given.
+//! smaller steps, and repeated failures by one with more edges; instead of these a given step or mesh is used.
 //!
 //! If scheme and mesh are open and generalised-alpha needs much smaller steps, `rodas4` is tried on a mesh coarser by
 //! [`LARGE_RATIO`]. If its step error reaches the target with less work, the search goes on from that run.
@@ -18,7 +18,8 @@
 //! the allowed work. The step may then be reduced: to a stable one of an explicit scheme, or to resolve the motions of
 //! supports and the signals well. The estimated error, over the length, is `None` unless every part that the scene
 //! leaves open was estimated. The reason is added if the error is above the requested one or unknown. The basis for the
-//! check of the run is added, unless no run succeeded; the numerics are then those of the last attempt.
+//! check of the run is added, unless no run succeeded, or only ones that a later failure discarded; the numerics are
+//! then those of the last attempt.
 //!
 //! Neither part is refined far without the other. Large steps damp the modes that finer edges would add, and a coarse
 //! mesh lacks the modes that smaller steps would reveal.
@@ -160,7 +161,7 @@ impl<'a> MotionSearch<'a> {
                 }
                 now = match &last {
                     // Finer edges need smaller steps, whose error is left to the difference of the mesh.
-                    Some(_) if now.scheme == Scheme::Rodas4 => {
+                    Some(_) if now.scheme == Scheme::Rodas4 && self.given_steps.is_none() => {
                         Numerics { steps: 2 * now.steps, ..now }
                     }
                     // The differences so far hold: the step is refined first, on the mesh of the last run.
@@ -507,7 +508,7 @@ impl<'a> MotionSearch<'a> {
 
     /// The chosen numerics after the trial run `last`: those with the least work whose extrapolated error is the
     /// target, or the most accurate within the allowed work. The error is `None` if not all open parts were estimated.
-    /// Without a successful run they are `tried`, the numerics of the last attempt, without error and basis. `bound` is
+    /// Without `last` they are `tried`, the numerics of the last attempt, without error and basis. `bound` is
     /// the reason of an early end; the result has one only if the error is above the requested one or unknown.
     fn conclude(
         &self,

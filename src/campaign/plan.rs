@@ -1,7 +1,7 @@
 //! The plan of a campaign: the list of all its tasks, in the folder that also gets their results.
 //!
 //! Input is a campaign file with the fits, scenes and data that it names. Each row becomes one task per random start
-//! and part of a bootstrap, with an id that is a hash of all inputs. Every fit is read and checked once. One of a
+//! and part of a bootstrap, with an id that is a hash of all inputs. The fit of each row is checked once. One of a
 //! pattern that cannot be solved is still planned and listed as refused. One of a table is an error, and so are keys of
 //! the grid that do not exist, and fits that [`Admission`] rejects. The folder gets `tasks.jsonl`, a line of JSON per
 //! task, and `plan.json` with the version, the number of tasks and their digest. [`Plan::files`] returns the paths of

@@ -5,10 +5,10 @@
 //! [`ResolvedFit::new`] makes this table. From it come the fit to solve ([`ResolvedFit::fit`]) and the id of the task
 //! ([`ResolvedFit::id`]). The id is the first 128 bits, in hexadecimal, of a hash of the program's version, all keys,
 //! and the contents of all data files. Paths do not count, except for the stems of recordings, which name experiments.
-//! Equal inputs have equal ids, wherever the files are. Unreadable files, unknown names of keys, and items of lists or
-//! experiments that do not exist, are errors; missing keys are created. [`ResolvedFit::path_names`] are the paths that
-//! results must not contain, with names of keys in their place. [`read_toml`] reads a TOML file, and [`folder_of`]
-//! returns the folder of a path.
+//! Equal inputs have equal ids, wherever the files are. Errors are unreadable files, unknown names of keys, items of
+//! lists or experiments that do not exist, and a change of the scene of an experiment that has none of its own; missing
+//! keys are created. [`ResolvedFit::path_names`] are the paths that results must not contain, with names of keys in
+//! their place. [`read_toml`] reads a TOML file, and [`folder_of`] returns the folder of a path.
 
 use crate::campaign::changes::{Changes, Key, is_file_key, set_value};
 use crate::campaign::hash::hash;
@@ -57,9 +57,10 @@ struct FitScene<'a> {
 impl ResolvedFit {
     /// The fit file `fit` as one table with changes, and with the contents of scene files in the places of their names.
     /// Its path and file names in the changes are relative to `root`; those in files are relative to the folder of
-    /// their file; all become absolute. Changes apply in the order fit file, all scenes, scene of one experiment (the
-    /// first that has the stated index or the stated `name`); missing keys are created. Errors: unreadable fit or scene
-    /// files; keys that start with no table of fits or scenes; items of lists and experiments that do not exist.
+    /// their file; all become absolute. Changes apply in the order fit file, all scenes, own scene of one experiment
+    /// (the first with the stated `name`, else that with the stated index); missing keys are created. Errors:
+    /// unreadable fit or scene files; keys that start with no table of fits or scenes; items of lists that do not
+    /// exist; and experiments that do not exist or have no scene of their own.
     pub fn new(root: &Path, fit: &Path, changes: &Changes) -> Result<Self, Error> {
         let file = root.join(fit);
         let folder = folder_of(&file).to_path_buf();

@@ -2,10 +2,11 @@
 //!
 //! [`check_own`] takes an energy over one to three nodes, values of its parameters, and states. It regards positions of
 //! nodes and directors of edges as independent inputs. It compares the gradient and Hessian by hand (by dual numbers
-//! without them) with dual numbers and finite differences. Output: a [`CheckReport`] with an element `state k` per
-//! state. `compare` does so by the unknowns of a rod, for an energy in a scene, with lengths in units of the edge
-//! length. `check_plane_is_kept` checks that an energy that keeps a plane has no force along its normal and no moment
-//! about the tangents. Both add their errors to the report of a scene's check.
+//! without them) with dual numbers and finite differences. Output: one [`CheckReport`] of all states with the largest
+//! errors, the worst entry and the first entries above the limits; an entry has the name `state k` of its state.
+//! `compare` does so by the unknowns of a rod, for an energy in a scene, with lengths in units of the edge length.
+//! `check_plane_is_kept` checks that an energy that keeps a plane has no force along its normal and no moment about the
+//! tangents. Both add their errors to the report of a scene's check.
 //!
 //! `Configuration` is the state of an element and its state at rest, each as `NodesAndEdges` (positions, m, and
 //! directors). `EnergyAt` is a user-defined energy at one place of a rod.
@@ -42,7 +43,8 @@ pub struct NodesAndEdges<const N: usize> {
 
 /// Checks the derivatives of a user-defined energy by nodes and directors, as independent variables, with these values
 /// of its parameters. Hand-derived ones are compared with automatic ones and with finite differences; without them the
-/// automatic ones stand in their place. Elements are named `state k` in the report, in the order of `states`.
+/// automatic ones stand in their place. Entries that the report lists have the element `state k`, with the index `k` of
+/// the state from 0.
 ///
 /// ```
 /// use rodfit::check::{Configuration, NodesAndEdges, Tolerance, check_own};

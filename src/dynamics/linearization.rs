@@ -125,8 +125,10 @@ impl<D: Scalar, R: Rod<D>> Linearization<'_, D, R> {
         let mass = self.rod.mass();
         let rest: Vec<D> = (0..x.len()).map(|i| b[i] - mass[i] * masses * x[i]).collect();
         let scaled: Vec<D> = rest.iter().map(|r| *r / tangent).collect();
+        // The largest absolute value, NaN if any is.
+        let larger = |a: f64, b: f64| if b > a || b.is_nan() { b } else { a };
         let largest =
-            |v: &mut dyn Iterator<Item = D>| v.map(|r| r.value().abs()).fold(0.0_f64, f64::max);
+            |v: &mut dyn Iterator<Item = D>| v.map(|r| r.value().abs()).fold(0.0_f64, larger);
         let residual = self.matrix.residual(self.free.clone(), x, &scaled);
         let error = largest(&mut residual.into_iter()) * tangent.value();
         let size = largest(&mut rest[self.free.clone()].iter().copied())

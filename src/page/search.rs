@@ -1,11 +1,11 @@
 //! The section "Global scan and local minima" of a page of a fit.
 //!
 //! Input are the report and, if kept, the plot data. First is the summary of the report on local minima, if it has one.
-//! With plot data a figure for each scanned parameter shows the misfit of the scan relative to its lowest. Another one
-//! shows the convergence: the RMS residual relative to the last one, over the cost in full simulations, with a line for
-//! each stage. If at least two local minima were found, a table lists their values, their misfit over the lowest one of
-//! the same model, and the stage that found them. Parameters that are not identifiable are left out of it. Output is
-//! HTML.
+//! With plot data a figure for each parameter with three or more values in the scan shows the misfit relative to its
+//! lowest. Another one shows the convergence: the RMS residual relative to the last one, over the cost in full
+//! simulations, with a line for each stage. If at least two local minima were found, a table lists their values, their
+//! misfit over the lowest one of the same model, and the stage that found them. Parameters that are not identifiable
+//! are left out of it. Output is HTML.
 
 use crate::fit::{FitReport, Landscape, LocalMinimum, MinimumSource, PlotData};
 use crate::numerics::total_order;

@@ -134,8 +134,9 @@ impl<D: Nestable, M: Model> Setup<D, M> {
         FollowerGroup { factor: D::from(1.0), edges: edges.collect() }
     }
 
-    /// A point load without the parts that have no potential: the force of a follower load, and its moment in space.
-    /// Its moment in a plane becomes that about the normal, in world axes.
+    /// The part of a follower point load that has a potential: the force is zero, in space the moment too. In a plane
+    /// the moment becomes that about the normal, in world axes. Any other load is returned unchanged, also its moment
+    /// in space, which has no potential either.
     pub(super) fn dead_part(&self, model: &M, load: &PointForce<D>) -> PointForce<D> {
         if !load.follower {
             return load.clone();

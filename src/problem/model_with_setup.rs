@@ -3,8 +3,9 @@
 //!
 //! [`AnyModel`], of either kind, is stored in a problem. [`ModelWithSetup`] has the type of its model; `new` makes
 //! the setup of a validated scene for a given model. [`AnyModel::with_scene`] keeps the model and makes the setup
-//! of another scene, which must have the same planarity, number of nodes and corrections. Nothing is checked here.
-//! `Discretized` refers to the two fields, model and setup.
+//! of another scene. That scene must have the same planarity and number of nodes, and the model's corrections of the
+//! elements for arcs and walls (`Correction`) must be valid for it. Nothing is checked here. `Discretized` refers to
+//! the two fields, model and setup.
 
 use crate::problem::model::Model;
 use crate::problem::planar::PlanarModel;

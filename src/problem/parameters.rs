@@ -7,9 +7,9 @@
 //! motions of recorded ends except the twist. It also rejects Kelvin-Voigt times with a given scheme without viscosity,
 //! axial compliances beside a nonlinear stretch law, and rotational ones beside a nonlinear bending law. The clamp
 //! angle needs a planar model and a start without `initial.shape`. Moments need a planar model or a load without a
-//! potential (a follower load, or a moment other than zero). Parameters that leave its plane, or rotate a roller, are
-//! rejected by derivatives in dual numbers. `with_trace_viscosity` replaces a fitted Kelvin-Voigt time of an elastic
-//! rod by `TRACE_VISCOSITY`, so that it has derivatives.
+//! potential (a follower load, or a moment other than zero). Parameters that leave the plane of a planar model, or
+//! rotate a roller, are rejected by derivatives in dual numbers. `with_trace_viscosity` returns the problem with
+//! `TRACE_VISCOSITY` for the first fitted Kelvin-Voigt time of an elastic rod, which then has derivatives, else none.
 
 use crate::error::Error;
 use crate::numerics::vector::{sub, unit};

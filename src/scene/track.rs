@@ -147,7 +147,8 @@ impl Track {
     }
 
     /// Recording of markers by name, each with its position, m, at every one of these increasing times, s, or none
-    /// where it is missing. Velocities are central differences. It is not examined.
+    /// where it is missing. Velocities are slopes of parabolas through three successive known positions, at both ends
+    /// those of the outermost two. The recording is not yet examined for defects.
     ///
     /// # Errors
     /// A message about the first marker with fewer than two positions, or that there is no marker.

@@ -54,8 +54,8 @@ impl StructureFilm {
         self.samples.push(FilmSample { time, tip, energies: motion.energies() });
     }
 
-    /// The kept frames in the order of time, with the first and the last state. Each has the time, s, and the positions
-    /// of the nodes of all rods, m, with a NaN position between two rods.
+    /// The kept frames in the order of time; of a run that ended early the last state may be missing. Each has the
+    /// time, s, and the positions of the nodes of all rods, m, with a NaN position between two rods.
     pub fn frames(&self) -> &[Frame] {
         &self.frames
     }

@@ -391,9 +391,9 @@ impl<M: Model, T: Tangent<f64>> VibratingRod<'_, M, T> {
         Ok(self.stability)
     }
 
-    /// [`add_modes`](Self::add_modes) under loads without a potential, with growth rates: the `count` lowest modes, or
-    /// if these are more all up to the last growing one, at most [`MAX_UNSTABLE`]. Returns the number of all growing
-    /// modes, and no marginal ones.
+    /// [`add_modes`](Self::add_modes) under loads without a potential, with growth rates. Appends the first
+    /// `max(count, min(last, MAX_UNSTABLE))` modes in ascending order of frequency, where `last` is the number of modes
+    /// up to the last growing one. Returns the number of all growing modes, and no marginal ones.
     fn add_follower_modes(&self, count: usize, modes: &mut Vec<Mode>) -> Result<Stability, Error> {
         let all = follower_modes(&self.pencil, self.discretized.bending_frequency_squared())?;
         let unstable = all.iter().filter(|mode| mode.growth_rate > 0.0).count();

@@ -55,8 +55,8 @@ fn depends_on_history<R: Sensitive>(simulation: &DualSimulation<R>) -> bool {
 }
 
 impl<R: Sensitive, const G: usize> Implicit<R, G> {
-    /// The derivatives at the start of `simulations`, one for each parameter. `None` for schemes that solve no
-    /// equations.
+    /// The derivatives at the start of `simulations`, one for each parameter. `None` for explicit and Rosenbrock
+    /// schemes, which have no Newton iteration.
     fn new(simulations: [&DualSimulation<R>; G]) -> Option<Self> {
         let parameters = ParameterRates::new(simulations)?;
         let mut state = StateRates::new::<R>(simulations);

@@ -163,7 +163,7 @@ pub struct ParameterRates<R: Sensitive, const G: usize> {
 impl<R: Sensitive, const G: usize> ParameterRates<R, G> {
     /// The derivatives that the numbers of `simulations` contain, one lane each. Masses are absent if none has a
     /// derivative, and drag has the lanes with a fluid. Supports are present if an end is clamped or pinned and a
-    /// support moves. `None` for schemes that solve no equations.
+    /// support moves. `None` for explicit and Rosenbrock schemes.
     pub fn new(simulations: [&DualSimulation<R>; G]) -> Option<Self> {
         let parameter = |simulation: &DualSimulation<R>| Some(simulation.newton()?.parameter());
         let parameters: [Dual64; G] = all(simulations.map(parameter))?;

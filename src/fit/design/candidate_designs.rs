@@ -83,8 +83,10 @@ impl CandidateRows {
         self.kind == CandidateKind::Planned
     }
 
-    /// Whether both belong to the same planned measurement, as its own rows or as a candidate for it.
-    fn is_alternative_to(&self, other: &Self) -> bool {
+    /// Whether both belong to the same planned measurement of one experiment, as its own rows or as a candidate for it.
+    /// Candidates with another marker position replace the own rows in a design; those with later frames or frames
+    /// between are added to them.
+    fn is_of_same_measurement(&self, other: &Self) -> bool {
         (self.experiment, self.index) == (other.experiment, other.index)
     }
 }
@@ -268,7 +270,7 @@ impl DesignErrors<'_> {
     /// rod, or a covariance that cannot be computed.
     fn by_marker_position(&self, block: &CandidateRows) -> Result<Option<Advice>, Error> {
         let experiment = &self.planned[block.experiment];
-        let own = self.designs.blocks.iter().filter(|b| b.is_alternative_to(block));
+        let own = self.designs.blocks.iter().filter(|b| b.is_of_same_measurement(block));
         let position = |b: &CandidateRows| match b.kind {
             CandidateKind::MarkerPosition(s) => Some(s),
             _ => None,
@@ -287,7 +289,7 @@ impl DesignErrors<'_> {
                 true => CandidateKind::Planned,
                 false => CandidateKind::MarkerPosition(s),
             };
-            self.choice(s, s == planned, |b, _, _| match b.is_alternative_to(block) {
+            self.choice(s, s == planned, |b, _, _| match b.is_of_same_measurement(block) {
                 true => b.kind == kind,
                 false => b.is_planned(),
             })

@@ -5,9 +5,9 @@
 //! the unknowns, and the standard deviations of its measurements. At a point of the unknowns it simulates the motion,
 //! the equilibrium and the equilibria of load cases, as far as its measurements require them. Natural frequencies and
 //! critical loads are solved with the residuals. The simulation has forward sensitivities by the parameters that change
-//! the rod, and records only the nodes of the measurements. Output: `(simulated - measured)/sigma` of every value, and
-//! one column of the Jacobian per unknown, on the unknowns' scales. Dual numbers carry the derivatives through camera
-//! and observation.
+//! the rod, and records only nodes and edges that the measurements require. Output: `(simulated - measured)/sigma` of
+//! every value, and one column of the Jacobian per unknown, on the unknowns' scales. Dual numbers carry the derivatives
+//! through camera and observation.
 //!
 //! Errors are points that are not on the rod, values that the scene does not allow, and a failed simulation. So is an
 //! offset of the camera's clock that extends the motion beyond [`MAX_DURATION_RATIO`].

@@ -3,11 +3,12 @@
 //! [`ScanGrid`] has the misfit at all combinations of values on the unknowns' scales; it is infinite where a simulation
 //! failed. Three results are computed from it. `landscape` is the misfit over each unknown with at least
 //! [`FEWEST_VALUES`] values (in its unit), minimized over the others, for reports; `line` is the same for one unknown
-//! on its scale. `minima` are the points below all neighbors, diagonal ones included, the lowest first, without points
-//! at the end of an axis that has [`FEWEST_VALUES`] or more values. `descent_bound` is a lower bound of the misfit that
-//! a descent from a point can reach, by which the search omits hopeless starts. It is minus infinity if an axis has
-//! fewer than [`FEWEST_VALUES`] values, else infinite for a point that is not below all its neighbors. Otherwise it is
-//! the misfit less the rises to the neighbors on both sides along every axis (at an end, twice the one side).
+//! on its scale. A point is lowest if it is below all neighbors, diagonal ones included; of equal neighbors the first
+//! one is. `minima` are the lowest points with a finite misfit, in ascending order, without points at the end of an
+//! axis that has [`FEWEST_VALUES`] or more values. `descent_bound` estimates a lower bound of the misfit that a descent
+//! from a point can reach, by which the search omits hopeless starts. It is minus infinity if an axis has fewer than
+//! [`FEWEST_VALUES`] values, else infinite for a point that is not lowest. Otherwise it is the misfit less the rises to
+//! the neighbors on both sides along every axis (at an end, twice the one side).
 
 use crate::fit::unknown::Unknown;
 use crate::numerics::total_order;

@@ -1,13 +1,14 @@
 //! Parameters of a C3D file: numbers and texts in groups, in little-endian form.
 //!
 //! The section begins with four bytes. Records follow: the length of the name (negative if it is locked), the number of
-//! the group (negative for the group itself), the name, and a distance. The next record is at this distance, 0 at the
-//! last one, from the number that states it. A parameter has the type of its values (-1 text, 1 byte, 2 integer, 4
-//! float), the number of dimensions, their sizes and the values. Input are the bytes of the file and the place of the
-//! section ([`Parameters::read`]). Output are the first number, the texts, or the number of 32 bits in two integers
-//! (`long`) of a parameter by the names, in upper case, of its group and of itself; nothing if it is missing. Records
-//! that lie outside of the file are errors as messages; parameters of another type are ignored. [`word`] and [`float`]
-//! read single numbers at a place.
+//! the group (negative for the group itself), the name, and a distance. The next record is at this distance from the
+//! number that states it; a distance of 0 or a name of length 0 ends the section. A parameter has the type of its
+//! values (-1 text, 1 byte, 2 integer, 4 float), the number of dimensions, their sizes and the values. Input are the
+//! bytes of the file and the place of the section ([`Parameters::read`]). Output are the first number, the texts, or
+//! the number of 32 bits in two integers (`long`) of a parameter by the names, in upper case, of its group and of
+//! itself; nothing if it is missing. Records that lie outside of the file are errors as messages. Parameters of another
+//! type, with more than seven dimensions, or with values that do not end are ignored. [`word`] and [`float`] read
+//! single numbers at a place.
 
 use std::collections::HashMap;
 

@@ -4,7 +4,7 @@
 //! follow all but the part `a u`, which is orthogonal to the Jacobian. Residuals `r` with the variance `v = u'Vu` of
 //! their noise along `u` give its likelihood, a normal distribution about `-u.r/|u|^2` with the standard deviation
 //! `sqrt(v)/|u|^2`. The prior is Student's t with four degrees of freedom and the scale one; effects of one sign have
-//! no negative sizes. Where the parameters follow all of the effect (`u = 0`) the posterior is the prior. The listed
+//! no negative sizes. Where `u` or the whole effect `d` is negligible, the posterior is the prior. The listed
 //! size is the one that the posterior exceeds, in absolute value, with a probability of 5 %. It has the sign of the
 //! most probable size.
 //!

@@ -194,10 +194,10 @@ impl CoordinateSamples {
     }
 }
 
-/// Probability that white noise of the scale has a root mean square residual of `ratio` or more times the scale.
-/// Residuals have `count` degrees of freedom, and the scale, from the same samples, has `freedom`. It is by chi-squared
-/// with `1/(1/freedom - 1/count)` degrees of freedom. 1 for a ratio up to 1. For a larger ratio it is 0 if `freedom` is
-/// at least `count`: the scale is then certain.
+/// Probability that white noise of the scale has a root mean square residual of `ratio` or more times the scale. It is
+/// `P(X <= f/ratio^2)` of a chi-squared `X` with `f = 1/(1/freedom - 1/count)` degrees of freedom. Residuals have
+/// `count` degrees of freedom, and the scale, from the same samples, has `freedom`. It is 1 for a ratio up to 1, and 0
+/// for a larger one if `freedom` is at least `count`, since the scale is then certain.
 fn excess_probability(ratio: f64, freedom: f64, count: f64) -> f64 {
     // A scale with as many degrees of freedom as the residuals is certain.
     if ratio <= 1.0 || freedom >= count {
