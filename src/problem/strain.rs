@@ -54,7 +54,7 @@ impl LargestStrain {
 
 /// Strains at which a rod is free of stress.
 #[derive(Clone, Debug)]
-struct NaturalStrains {
+struct StressFreeStrains {
     /// Relative changes of length of the edges.
     edges: Vec<f64>,
     /// Integrated curvatures of the joints, rad: the signed one and zero in the plane, those towards both directors in
@@ -68,7 +68,7 @@ pub(crate) struct StrainGauge {
     /// Lengths of the edges at zero strain, m.
     lengths: Vec<f64>,
     /// Natural strains with signals at `loads.at_time`.
-    natural: NaturalStrains,
+    natural: StressFreeStrains,
     /// Actuators that change the natural strains with signals, and their values at `loads.at_time`.
     actuators: Actuators<f64>,
     /// Half of the thickness at every joint over the mean length of its two edges: strain on the surface over the
@@ -112,7 +112,7 @@ impl StrainGauge {
                 (spatial.rod().joint.iter().map(both).collect(), None)
             }
         };
-        let natural = NaturalStrains { edges, joints };
+        let natural = StressFreeStrains { edges, joints };
         let fractions = problem.mesh.places();
         // Strain on the surface is half the thickness times the change of curvature.
         let slope = |(i, pair): (usize, &[f64])| {
@@ -126,7 +126,7 @@ impl StrainGauge {
     }
 
     /// The natural strains at a time, s; without a time, those at `loads.at_time`.
-    fn natural_at(&self, time: Option<f64>) -> Cow<'_, NaturalStrains> {
+    fn natural_at(&self, time: Option<f64>) -> Cow<'_, StressFreeStrains> {
         let Some(time) = time.filter(|_| !self.actuators.is_empty()) else {
             return Cow::Borrowed(&self.natural);
         };

@@ -12,7 +12,7 @@
 //! `check` rejects invalid shapes, sections, numbers and meshes. Tapers and the places of masses are checked with the
 //! scene.
 
-use crate::error::Error;
+use crate::error::{Error, ensure};
 use crate::numerics::scalar::Scalar;
 use crate::scene::along::Along;
 use crate::scene::mass::PointMass;
@@ -156,22 +156,13 @@ impl<D: Scalar> RodSpec<D> {
 const END_TOLERANCE: f64 = 5e-3;
 
 /// Rejects values at arc lengths whose last one differs from the `length` of the rod, m, by more than
-/// [`END_TOLERANCE`] of it. Values in other forms are accepted. `lists` are the values along the rod with their keys
-/// below `table`, the path of the rod, for the error.
-pub(super) fn check_ends<'a>(
-    table: &str,
-    length: f64,
-    lists: impl Iterator<Item = (String, &'a Along)>,
-) -> Result<(), Error> {
-    for (key, along) in lists {
-        let Some(last) = along.last_arc_length() else { continue };
-        if (last - length).abs() > END_TOLERANCE * length {
-            let found = format!("{last} m as the last arc length");
-            let allowed = format!("{length} m, the length of the rod");
-            return Err(Error::invalid(format!("{table}.{key}.at"), found, allowed));
-        }
-    }
-    Ok(())
+/// [`END_TOLERANCE`] of it. Values in other forms are accepted. `key` is that of the values, for the error.
+pub(super) fn check_end(key: &str, along: &Along, length: f64) -> Result<(), Error> {
+    let Some(last) = along.last_arc_length() else { return Ok(()) };
+    let found = format!("{last} m as the last arc length");
+    let allowed = format!("{length} m, the length of the rod");
+    let ends_with_rod = (last - length).abs() <= END_TOLERANCE * length;
+    ensure(ends_with_rod, format!("{key}.at"), found, allowed)
 }
 
 impl RodSpec {
@@ -194,10 +185,12 @@ impl RodSpec {
         natural.into_iter().chain(factors.map(|(key, along)| (format!("taper.{key}"), along)))
     }
 
-    /// Rejects values at arc lengths that do not end with the rod ([`check_ends`]). `table` is the path of the rod, for
+    /// Rejects values at arc lengths that do not end with the rod ([`check_end`]). `table` is the path of the rod, for
     /// the error.
     pub(super) fn check_ends_of_lists(&self, table: &str) -> Result<(), Error> {
-        check_ends(table, self.shape.curve_length(), self.lists())
+        let length = self.shape.curve_length();
+        self.lists()
+            .try_for_each(|(key, along)| check_end(&format!("{table}.{key}"), along, length))
     }
 
     /// Scales the arc lengths of all values that are given at arc lengths, so that the last one is the present length

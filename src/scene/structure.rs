@@ -19,7 +19,7 @@ use crate::scene::material::{BendingLaw, Material, StretchLaw};
 use crate::scene::number::{Candidates, NumberVisitor, Quantity, SceneNumber, is_default};
 use crate::scene::per_axis::PerAxis;
 use crate::scene::point::Point;
-use crate::scene::rod::{CURVATURE_FACTOR, Dimension, check_ends, one};
+use crate::scene::rod::{CURVATURE_FACTOR, Dimension, check_end, one};
 use crate::scene::scheme::{Scheme, SchemeParameter};
 use crate::scene::section::Section;
 use crate::scene::shape::Shape;
@@ -115,12 +115,14 @@ table! {
 }
 
 impl StructureRod {
-    /// Rejects values at arc lengths that do not end with the rod ([`check_ends`]); their keys are below `rods.<name>`.
+    /// Rejects values at arc lengths that do not end with the rod ([`check_end`]); their keys are below `rods.<name>`.
     pub(super) fn check_ends_of_lists(&self) -> Result<(), Error> {
-        let natural = ("natural_curvature".to_string(), &self.natural_curvature);
-        let factors = self.taper.factors().map(|(key, along)| (format!("taper.{key}"), along));
-        let lists = std::iter::once(natural).chain(factors);
-        check_ends(&format!("rods.{}", self.name), self.shape.curve_length(), lists)
+        let (rod, length) = (format!("rods.{}", self.name), self.shape.curve_length());
+        check_end(&format!("{rod}.natural_curvature"), &self.natural_curvature, length)?;
+        self.taper
+            .factors()
+            .into_iter()
+            .try_for_each(|(key, along)| check_end(&format!("{rod}.taper.{key}"), along, length))
     }
 
     /// Scales the arc lengths of all values that are given at arc lengths, so that the last one is the present length

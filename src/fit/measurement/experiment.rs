@@ -42,7 +42,15 @@ pub struct Experiment {
     /// Measurements of the rod.
     pub measurements: Vec<Measurement>,
     /// Loads of the scene that [`set_test_loads`](Self::set_test_loads) replaced, with their own values.
-    pub(crate) own_loads: Vec<(Parameter, f64)>,
+    pub(crate) own_loads: Vec<OwnLoad>,
+}
+
+/// A load of a scene with the value that the scene itself gives it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct OwnLoad {
+    pub load: Parameter,
+    /// In the unit of the load.
+    pub value: f64,
 }
 
 impl Experiment {
@@ -76,7 +84,8 @@ impl Experiment {
     /// other loads as the scene has them. With any other measurement all loads are those of the scene. A load that the
     /// scene cannot have is left to the check of the measurement.
     pub(crate) fn set_test_loads(&mut self) {
-        if let Ok(own) = self.problem.with(std::mem::take(&mut self.own_loads)) {
+        let own = std::mem::take(&mut self.own_loads).into_iter();
+        if let Ok(own) = self.problem.with(own.map(|OwnLoad { load, value }| (load, value))) {
             self.problem = own;
         }
         let of = |m: &Measurement| match (m.load_curve(), m.buckling()) {
@@ -90,8 +99,8 @@ impl Experiment {
             if let (Some(own), Ok(loaded)) = (own, self.problem.with([(load, value)])) {
                 self.problem = loaded;
                 // Of several measurements with one load the first has the value of the scene.
-                if self.own_loads.iter().all(|(other, _)| *other != load) {
-                    self.own_loads.push((load, own));
+                if self.own_loads.iter().all(|other| other.load != load) {
+                    self.own_loads.push(OwnLoad { load, value: own });
                 }
             }
         }

@@ -20,7 +20,7 @@
 use crate::dynamics::{Snapshot, Trajectory};
 use crate::error::Error;
 use crate::fit::measurement::MeasuredData;
-use crate::fit::measurement::experiment::Experiment;
+use crate::fit::measurement::experiment::{Experiment, OwnLoad};
 use crate::fit::measurement::loss::Loss;
 use crate::fit::measurement::quantity::GaugeScalar;
 use crate::fit::measurement::simulated::{BucklingCase, LoadCase, Requirements, SimulatedOutput};
@@ -52,7 +52,7 @@ pub(crate) struct ObservedExperiment {
     /// Work of its static solutions, steps times segments.
     rest_work: f64,
     /// Loads that the scene has only while the mesh is chosen, with the values of the scene itself.
-    own_loads: Vec<(Parameter, f64)>,
+    own_loads: Vec<OwnLoad>,
 }
 
 /// Values of one measurement with their weights and their loss.
@@ -272,7 +272,8 @@ impl ObservedExperiment {
     /// The loads that the scene has only while the mesh is chosen, but for `load`, with the values of the scene itself:
     /// a test with one load has the others as the scene has them.
     fn other_loads(&self, load: Parameter) -> impl Iterator<Item = (Parameter, f64)> {
-        self.own_loads.iter().copied().filter(move |(other, _)| *other != load)
+        let others = self.own_loads.iter().filter(move |other| other.load != load);
+        others.map(|OwnLoad { load, value }| (*load, *value))
     }
 
     /// The equilibria of the required load cases, in their order, with derivatives by `parameters`. Those of one
