@@ -7,6 +7,9 @@
 //! makes the element of a node from a law and the frames, `strains` are its strains; `joint` makes the joint of two
 //! edges, `energies` are those of bending and of twisting.
 //!
+//! Other energies of a joint share the unknowns: `to_edges` returns those of the edges (`EDGE_UNKNOWNS`), `by_edges`
+//! converts derivatives by `p`, `q` and `h` to them, `to_nodes` and `spread` those by the edges to those by the nodes.
+//!
 //! Energy (Huang and Jawed 2019, Eqs. 1b and 1c): `E = 1/2 sum_a K_a (s_a - s_natural_a)^2` over the strains
 //!
 //! ```text
@@ -71,7 +74,7 @@ use num_dual::{Dual2SVec, DualSVec};
 /// rad.
 pub const UNKNOWNS: usize = 11;
 /// Number of unknowns in terms of its edges: `[e, theta_e, f, theta_f]`, two edge vectors, m, and their angles, rad.
-const EDGE_UNKNOWNS: usize = 8;
+pub(crate) const EDGE_UNKNOWNS: usize = 8;
 
 /// Bending and twisting element at one inner node, with the reference from which its frames are transported.
 #[derive(Clone, Copy, Debug)]
@@ -181,7 +184,7 @@ fn split<D: Copy>(q: &[D; UNKNOWNS]) -> ([Vector<D>; 3], [D; 2]) {
 
 /// The unknowns in terms of edges: edge vectors from differences of nodes, m, and edge angles, rad.
 #[inline]
-fn to_edges<D: Scalar>(q: &[D; UNKNOWNS]) -> [D; EDGE_UNKNOWNS] {
+pub(crate) fn to_edges<D: Scalar>(q: &[D; UNKNOWNS]) -> [D; EDGE_UNKNOWNS] {
     let ([x0, x1, x2], [te, tf]) = split(q);
     let (e, f) = (sub(x1, x0), sub(x2, x1));
     [e[0], e[1], e[2], te, f[0], f[1], f[2], tf]
@@ -190,7 +193,7 @@ fn to_edges<D: Scalar>(q: &[D; UNKNOWNS]) -> [D; EDGE_UNKNOWNS] {
 /// Gradient by the 11 unknowns of the nodes from the gradient `g` by the 8 unknowns of the edges: the transposed
 /// differences, with angles unchanged.
 #[inline]
-fn to_nodes<D: Scalar>(g: &[D; EDGE_UNKNOWNS]) -> [D; UNKNOWNS] {
+pub(crate) fn to_nodes<D: Scalar>(g: &[D; EDGE_UNKNOWNS]) -> [D; UNKNOWNS] {
     let [e0, e1, e2, te, f0, f1, f2, tf] = *g;
     [-e0, -e1, -e2, te, e0 - f0, e1 - f1, e2 - f2, tf, f0, f1, f2]
 }
@@ -288,34 +291,44 @@ impl<D: Scalar> BendTwist<D> {
     }
 
     /// Energy, gradient and lower triangle of the Hessian by the 8 unknowns of the edges, at the state of the joint.
-    /// Hand-derived derivatives by the edges' `p`, `q` and `h` (`energy::joint`) are converted to edge vectors and
-    /// angles. Entries above the diagonal are zero or partly set.
     fn tangent_of(&self, JointState { e, f, joint }: &JointState<D>) -> Local<D, EDGE_UNKNOWNS> {
         let (law, strains) = (self.law(), &joint.strains);
         let (w, strain) = (law.stress(strains), law.difference(strains));
-        let JointTangent { e: at_e, f: at_f, fe } =
-            joint.tangent(&e.edge, &f.edge, &self.stiffness, &w);
-        let zero = D::from(0.0);
-        let (mut gradient, mut hessian) =
-            ([zero; EDGE_UNKNOWNS], [[zero; EDGE_UNKNOWNS]; EDGE_UNKNOWNS]);
-        // Diagonal block of one edge: its vector and angle, from the sums by `p`, `q` and `h`.
-        let mut own = |first: usize, edge: &EdgeState<D>, sum: &EdgeSum<D>| {
-            let own = edge.derivatives(sum, [zero; 2], zero);
-            gradient[first..first + 4].copy_from_slice(&own.gradient);
-            for r in 0..3 {
-                hessian[first + r][first..=first + r].copy_from_slice(&own.vector[r][..=r]);
-            }
-            hessian[first + 3][first..first + 3].copy_from_slice(&own.angle_vector);
-            hessian[first + 3][first + 3] = own.angle;
-        };
-        own(0, e, &at_e);
-        own(4, f, &at_f);
-        // Block between the edges: rows of the second, columns of the first.
-        for (row, between) in hessian[4..].iter_mut().zip(between(e, f, fe)) {
-            row[..4].copy_from_slice(&between);
-        }
-        Local { energy: dot(w, strain) * 0.5, gradient, hessian }
+        let tangent = joint.tangent(&e.edge, &f.edge, &self.stiffness, &w);
+        by_edges([e, f], &tangent, D::from(0.0), dot(w, strain) * 0.5)
     }
+}
+
+/// The given `energy`, J, with gradient and lower triangle of the Hessian by the 8 unknowns of the edges `e` and `f`,
+/// which have the axial `force`, N. Hand-derived derivatives by the edges' `p`, `q` and `h` (`energy::joint`) are
+/// converted to edge vectors and angles. Entries above the diagonal are zero or partly set.
+#[inline]
+pub(crate) fn by_edges<D: Scalar>(
+    [e, f]: [&EdgeState<D>; 2],
+    JointTangent { e: at_e, f: at_f, fe }: &JointTangent<D>,
+    force: D,
+    energy: D,
+) -> Local<D, EDGE_UNKNOWNS> {
+    let zero = D::from(0.0);
+    let (mut gradient, mut hessian) =
+        ([zero; EDGE_UNKNOWNS], [[zero; EDGE_UNKNOWNS]; EDGE_UNKNOWNS]);
+    // Diagonal block of one edge: its vector and angle, from the sums by `p`, `q` and `h`.
+    let mut own = |first: usize, edge: &EdgeState<D>, sum: &EdgeSum<D>| {
+        let own = edge.derivatives(sum, [force; 2], zero);
+        gradient[first..first + 4].copy_from_slice(&own.gradient);
+        for r in 0..3 {
+            hessian[first + r][first..=first + r].copy_from_slice(&own.vector[r][..=r]);
+        }
+        hessian[first + 3][first..first + 3].copy_from_slice(&own.angle_vector);
+        hessian[first + 3][first + 3] = own.angle;
+    };
+    own(0, e, at_e);
+    own(4, f, at_f);
+    // Block between the edges: rows of the second, columns of the first.
+    for (row, between) in hessian[4..].iter_mut().zip(between(e, f, *fe)) {
+        row[..4].copy_from_slice(&between);
+    }
+    Local { energy, gradient, hessian }
 }
 
 /// The symmetric matrix with the lower triangle of `h`, whose upper triangle is overwritten.
@@ -332,7 +345,7 @@ fn symmetric<D: Copy, const N: usize>(mut h: [[D; N]; N]) -> [[D; N]; N] {
 /// Energy, gradient and full Hessian by the 11 unknowns of the nodes from those by the 8 unknowns of the edges. Of the
 /// Hessian by the edges only the lower triangle is read.
 #[inline]
-fn spread<D: Scalar>(local: Local<D, EDGE_UNKNOWNS>) -> Local<D, UNKNOWNS> {
+pub(crate) fn spread<D: Scalar>(local: Local<D, EDGE_UNKNOWNS>) -> Local<D, UNKNOWNS> {
     Local {
         energy: local.energy,
         gradient: to_nodes(&local.gradient),

@@ -5,7 +5,8 @@
 //! N m, and the coordinates of three nodes, m; output: energy, J, gradient, N, and full Hessian, N/m. [`curvature`] is
 //! `k` of three points, `strain` the same of an element, and `curvature_between` that of two unit tangents. `energy_at`
 //! is the energy at `k`. `slope` is `dk/dphi`, and `by_angle` the moment `dE/dphi` and `d2E/dphi2`, N m, from stiffness
-//! and stress by the curvature. `none` and `pack_lanes` serve SIMD lanes of several joints.
+//! and stress by the curvature. `to_nodes` turns the gradient by both edge vectors into that by the nodes. `none` and
+//! `pack_lanes` serve SIMD lanes of several joints.
 //!
 //! `tan(phi/2)` is `sin/(1 + cos)` for turning angles up to a right angle and `(1 - cos)/sin` beyond, so that
 //! nothing cancels, neither in a straight rod nor in a fold. A fold of exactly 180 degrees has infinite energy.
@@ -71,7 +72,7 @@ impl<D: Scalar> BentJoint<D> {
 /// Gradient by the coordinates of the three nodes from the gradients `g_e` and `g_f` by the vectors of both edges, each
 /// the difference of two nodes.
 #[inline]
-fn to_nodes<D: Scalar>(g_e: [D; 2], g_f: [D; 2]) -> [D; 6] {
+pub(crate) fn to_nodes<D: Scalar>(g_e: [D; 2], g_f: [D; 2]) -> [D; 6] {
     [-g_e[0], -g_e[1], g_e[0] - g_f[0], g_e[1] - g_f[1], g_f[0], g_f[1]]
 }
 

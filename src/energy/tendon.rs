@@ -13,7 +13,14 @@
 //! center line of a Cosserat rod (Rucker and Webster, IEEE Transactions on Robotics 27, 2011, eq. 11), integrated over
 //! the element. Curvatures are those of the bending elements, so that a tendon beside a straight planar rod has exactly
 //! the moment `T r` in every joint. The twist is that of the Cayley vector of the rotation between both edges.
-//! Derivatives are computed in dual numbers by the adapter of user-defined energies.
+//!
+//! This is the definition of the energy, over any scalar. Simulations use the hand-derived derivatives of [`element`],
+//! with [`route_length`], `planar` and `spatial`. They are compared with those of the definition in dual numbers.
+
+pub(crate) mod element;
+mod planar;
+mod route_length;
+mod spatial;
 
 use crate::energy::own::OwnEnergy;
 use crate::energy::place::{Directors, Place};
@@ -47,15 +54,33 @@ impl<D: Copy> RoutePart<D> {
 /// The quantity of the only parameter, the tension.
 const PARAMETERS: [(&str, Quantity); 1] = [("tension", Quantity::signed("N"))];
 
-/// The length, m, of the part of a route over an element (formula of the module). `length` is the mean length of its
-/// edges, m; `curvature` has the integrated curvatures towards both directors. `place` has the numbers of
-/// [`RoutePart`].
-fn part_length<D: Scalar>(place: &Place<D>, length: D, curvature: [D; 2], twist: D) -> D {
-    let [weight, r1, r2, dr1, dr2] = [1, 2, 3, 4, 5].map(|i| place.number(i));
-    let along = weight * (length - curvature[0] * r1 - curvature[1] * r2);
-    let first = dr1 - weight * twist * r2;
-    let second = dr2 + weight * twist * r1;
-    (along * along + first * first + second * second).sqrt()
+impl<D: Scalar> RoutePart<D> {
+    /// The part with the list of numbers of a place, the inverse of [`numbers`](Self::numbers); `number(i)` is entry
+    /// `i`.
+    #[inline]
+    pub fn from_numbers(number: impl Fn(usize) -> D) -> Self {
+        Self { weight: number(1), offset: [number(2), number(3)], change: [number(4), number(5)] }
+    }
+
+    /// The vector of the part in the directors, m (formula of the module): along the tangent, and towards both
+    /// directors. `length` is the mean length of the edges of its element, m; `curvature` has the integrated curvatures
+    /// towards both directors.
+    #[inline]
+    pub fn vector(&self, length: D, curvature: [D; 2], twist: D) -> Vector<D> {
+        let Self { weight, offset: [r1, r2], change: [dr1, dr2] } = *self;
+        [
+            weight * (length - curvature[0] * r1 - curvature[1] * r2),
+            dr1 - weight * twist * r2,
+            dr2 + weight * twist * r1,
+        ]
+    }
+
+    /// The length of the part, m: that of its [vector](Self::vector) at the same arguments.
+    #[inline]
+    fn length(&self, length: D, curvature: [D; 2], twist: D) -> D {
+        let vector = self.vector(length, curvature, twist);
+        dot(vector, vector).sqrt()
+    }
 }
 
 /// The distance of the points `a` and `b`, m.
@@ -86,7 +111,8 @@ impl OwnEnergy<3, 1> for Tendon<3> {
         let trace = cosine + dot(a0, a1) + dot(b0, b1);
         let axis = add(add(cross(t0, t1), cross(a0, a1)), cross(b0, b1));
         let twist = dot(axis, t0) * 2.0 / (trace + 1.0);
-        *tension * part_length(place, mean, [towards_first, towards_second], twist)
+        let part = RoutePart::from_numbers(|i| place.number(i));
+        *tension * part.length(mean, [towards_first, towards_second], twist)
     }
 
     /// Always true: whether the rod is modeled in the plane or in space is decided before, by the offsets of the route.
@@ -107,7 +133,8 @@ impl OwnEnergy<2, 1> for Tendon<2> {
         _: &[Directors<D>],
     ) -> D {
         let zero = D::from(0.0);
-        *tension * part_length(place, distance(nodes[0], nodes[1]), [zero; 2], zero)
+        let part = RoutePart::from_numbers(|i| place.number(i));
+        *tension * part.length(distance(nodes[0], nodes[1]), [zero; 2], zero)
     }
 
     /// Always true: whether the rod is modeled in the plane or in space is decided before, by the offsets of the route.

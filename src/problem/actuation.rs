@@ -7,9 +7,10 @@
 //! which the route has a corner has an element for each of its parts. Both functions take numbers of the scene over any
 //! scalar.
 
-use crate::energy::adapter::{Adapter, AnyEnergy, Chart};
+use crate::energy::adapter::{AnyEnergy, Chart};
 use crate::energy::place::Spot;
-use crate::energy::tendon::{RoutePart, Tendon};
+use crate::energy::tendon::RoutePart;
+use crate::energy::tendon::element::TendonElement;
 use crate::numerics::scalar::{Nestable, Scalar};
 use crate::rod::{EdgeShift, JointShift, NaturalShifts, Placed};
 use crate::scene::actuation::{ActuatedStrain, RoutePoint};
@@ -125,7 +126,10 @@ pub(crate) fn tendon<D: Nestable>(
     let end = Interval { from: last.middle(), to: last.to };
     let mut halves = route_parts(route, start, first.length(), 0);
     halves.extend(route_parts(route, end, last.length(), edges - 1));
-    [placed(Arc::new(Adapter(Tendon::<3>)), joints), placed(Arc::new(Adapter(Tendon::<2>)), halves)]
+    [
+        placed(Arc::new(TendonElement::<3>::default()), joints),
+        placed(Arc::new(TendonElement::<2>::default()), halves),
+    ]
 }
 
 /// The elements of a route within a `cell` of the rod (the part that a joint or half edge represents), one for each

@@ -35,7 +35,7 @@ combined command comparison compute constant_axes contact contact_loss contact_l
 convergence conversion coordinate_series correlation covariance coverage_factor critical_load csv csv_table
 curved_joints damping data data_precheck dataset dead_load dead_moment definition descent design
 determined_groups difference director_axes discrepancy discrete discretization displacement_driven display
-drag drag_forces drawing duplicates dynamics edge_contact edge_coordinates edge_tie edges effects elimination
+drag drag_forces drawing duplicates dynamics edge_contact edge_coordinates edge_tie edges effects element elimination
 energy energy_balance entries envelope envelope_lu equilibrium equilibrium_derivatives error errors estimate
 estimate_table estimated_weights experiment experiment_estimates experiment_form explain export extend extra
 extrapolation fault faults field figure file film find_equilibrium findings finite_difference fit fit_name
@@ -60,7 +60,7 @@ random_states ranking rate rates reaction reading record recorded recorded_ends 
 recorded_pose recorded_reactions recorded_start recordings reduction reference_stiffness reference_strains
 refined_residuals refinement relinearize remesh renamed_keys repeat repeated_frames replay report required
 resampling residual_acceptance residual_noise residual_tests residuals resolution resolved rest rest_line rod
-rod_sizes rodas4 rosenbrock rotating_bodies rotation rotational_inertia rounding row run samples save scalar
+rod_sizes rodas4 rosenbrock rotating_bodies rotation rotational_inertia rounding route_length row run samples save scalar
 scaled scan scene scene_catalog scene_file scene_notes schema scheme scheme_support score_tests search section
 section_profile sensitive sensitivity sensitivity_carrier sensitivity_growth sensitivity_pipeline sensor
 sensor_channel sensor_form sensor_table settings setup shape shape_columns shape_form shard shear_deflection
