@@ -33,9 +33,9 @@ buckling buckling_form budget by_unknowns cable camera camera_needs campaign can
 changes chart check checkpoints cluster_jackknife coarse code coefficients collect columns combinations
 combined command comparison compute constant_axes contact contact_loss contact_losses contacts contributions
 convergence conversion coordinate_series correlation covariance coverage_factor critical_load csv csv_table
-curved_joints damping data data_precheck dataset dead_load dead_moment definition descent design
-determined_groups difference director_axes discrepancy discrete discretization displacement_driven display
-drag drag_forces drawing duplicates dynamics edge_contact edge_coordinates edge_tie edges effects elimination
+curved_joints damping data data_precheck dataset dead_load dead_moment definition density descent design
+determined_groups diagnostics difference director_axes discrepancy discrete discretization displacement_driven display
+drag drag_forces drawing draws duplicates dynamics edge_contact edge_coordinates edge_tie edges effects elimination
 energy energy_balance entries envelope envelope_lu equilibrium equilibrium_derivatives error errors estimate
 estimate_table experiment experiment_estimates experiment_form explain export extend extra extrapolation fault
 faults field figure file film find_equilibrium findings finite_difference fit fit_name fit_pattern fit_run
@@ -54,19 +54,19 @@ observation_form observation_row observed_experiment observed_information observ
 one_sided_bound onset operators optimum out_of_line outcome outlying_experiments output overlap own page
 parameter parameter_form parameters part_file path pencil penetration per_axis perturbation phi_function place
 placement plan planar planar_bend planarity plane platform plausibility player plot_data plotted point
-point_acceleration point_angle point_channel point_strain points polyline predict prediction predictor
+point_acceleration point_angle point_channel point_strain points polyline posterior predict prediction predictor
 prescribed_dofs prescribed_motion prior problem products profile profile_likelihood pyelastica quantity quoted
 random_states ranking rate rates reaction reading record recorded recorded_ends recorded_motion recorded_point
 recorded_pose recorded_reactions recorded_start recordings reduction reference_stiffness reference_strains
 refined_residuals refinement relinearize remesh renamed_keys repeat repeated_frames replay report required
 resampling residual_acceptance residual_noise residual_tests residuals resolution resolved rest rest_line rod
-rod_sizes rodas4 rosenbrock rotating_bodies rotation rotational_inertia rounding row run samples save scalar
+rod_sizes rodas4 rosenbrock rotating_bodies rotation rotational_inertia rounding row run sampled sampler samples save scalar
 scaled scan scene scene_catalog scene_file scene_notes schema scheme scheme_support score_tests search section
 section_profile sensitive sensitivity sensitivity_carrier sensitivity_growth sensitivity_pipeline sensor
 sensor_channel sensor_form sensor_table settings setup shape shape_columns shape_form shard shear_deflection
 signal signal_curve signal_samples signal_steps simd simulate simulated simulation slenderness slip slip_state
 snapshots soft_clamp space spatial spatial_bodies spatial_inertia spatial_motion spectrum splitting
-spring_rotation stability standing start start_forces starts state static_mesh statics status step
+spring_rotation stability standardization standing start start_forces starts state static_mesh statics status step
 step_control step_map stepper stiffness stopwatch store strain stretch structure structure_catalog
 structure_effects structure_experiment structure_file structure_film structure_frequencies structure_motion
 structure_places structure_point structure_problem structure_recording structure_report structure_run

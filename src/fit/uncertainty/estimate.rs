@@ -20,6 +20,7 @@ use crate::fit::uncertainty::budget::entries::{BudgetLine, InputSensitivity, Mon
 use crate::fit::uncertainty::covariance::local_analysis::LocalAnalysis;
 use crate::fit::uncertainty::covariance::zero_bound::NearZeroEstimate;
 use crate::fit::uncertainty::discretization::bias::DiscretizationBias;
+use crate::fit::uncertainty::posterior::summary::Posterior;
 use crate::fit::uncertainty::resampling::bootstrap::Bootstrap;
 use crate::fit::unknown::{Prior, Unknown};
 use crate::scene::Parameter;
@@ -105,6 +106,9 @@ pub struct Estimate {
     /// Spread over a parametric bootstrap, if requested.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub bootstrap: Option<Bootstrap>,
+    /// Posterior distribution, if requested.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub posterior: Option<Posterior>,
     /// Uncertainty budget: contribution of each source; empty without a standard error.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub budget: Vec<BudgetLine>,
@@ -151,6 +155,7 @@ impl Estimate {
             observed_std_error: None,
             profile95: None,
             bootstrap: None,
+            posterior: None,
             budget: Vec::new(),
             combined_std: None,
             coverage_factor: None,
