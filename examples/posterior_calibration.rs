@@ -64,7 +64,10 @@ fn calibrate(case: &Case, seed: u64) -> Result<Option<Vec<Calibration>>, Error> 
         case.parameters.iter().map(|(parameter, bounds)| (*parameter, truth(*bounds))).collect();
     let problem = cantilever(case.duration).problem()?;
     let run = problem.with(truths.iter().copied())?.simulate()?;
-    let mut noise = || -> f64 { case.noise * StandardNormal.sample(&mut random) };
+    let mut noise = || {
+        let x: f64 = StandardNormal.sample(&mut random);
+        case.noise * x
+    };
     let sample = |k: u32| -> Result<Sample, Error> {
         let time = case.duration * f64::from(k) / 30.0;
         let [x, y, _] = run.at(Point::Tip, time)?.0;
