@@ -212,7 +212,8 @@ class Fit:
 
         ``progress`` is called with the stage and the work so far, in simulations; True prints them. ``plots`` keeps the
         data of ``result.plot()`` and ``result.report()``; without it these repeat the fit. The other keywords are those of
-        the fit file's ``[analysis]``: ``profile=True``, ``bootstrap=1000``, ``tolerance=1e-6``.
+        the fit file's ``[analysis]``: ``profile=True``, ``bootstrap=1000``, ``posterior={"draws": 1000}``,
+        ``tolerance=1e-6``.
 
         Other threads continue. Ctrl-C stops the fit, which then returns its best values with ``result.interrupted``."""
         callback = _ProgressLine() if progress is True else progress or None

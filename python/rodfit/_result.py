@@ -183,6 +183,18 @@ class FitResult:
         ]
         return pandas.DataFrame(rows).set_index("parameter")
 
+    def draws(self) -> pandas.DataFrame:
+        """A row a draw from the posterior distribution: chain, draw, the parameters in SI units, and lp, the log density.
+        ``solve(posterior={"draws": 1000})`` samples it; results that are read from JSON have none."""
+        import io
+
+        import pandas
+
+        text = self._native.draws()
+        if text is None:
+            raise refused("posterior", "no draws in this result", 'a result of solve(posterior={"draws": 1000})')
+        return pandas.read_csv(io.StringIO(text))
+
     def report(self, path: str | os.PathLike[str] = "fit.html", title: str | None = None) -> None:
         """Writes the HTML page of the command's ``--report``."""
         page = self._drawn().page(os.path.basename(path) if title is None else title)

@@ -12,7 +12,8 @@ use crate::work::{WorkEvent, interruptible};
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
 use rodfit::fit::{
-    Design, Experiment, FitFile, FitReport, PlotData, Sample, ValidationReport, with_current_names,
+    Design, Experiment, FitFile, FitReport, PlotData, PosteriorDraws, Sample, ValidationReport,
+    with_current_names,
 };
 use rodfit::{Observation, Parameter, Unknown};
 use std::path::PathBuf;
@@ -302,6 +303,11 @@ impl FitResult {
     fn plots(&self, py: Python<'_>) -> PyResult<Option<String>> {
         let plots: Option<&PlotData> = self.report.plot_data.as_ref();
         plots.map(|plots| to_json(py, plots)).transpose()
+    }
+
+    /// The draws from the posterior distribution as CSV, if it was requested.
+    fn draws(&self) -> Option<String> {
+        self.report.posterior_draws.as_ref().map(PosteriorDraws::to_csv)
     }
 
     /// The summary that the command prints.

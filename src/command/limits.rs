@@ -16,7 +16,7 @@
 
 use crate::command::{GlobalOptions, terminal};
 use marker_files::file::at;
-use rodfit::fit::{Experiment, FitFile, Measurement};
+use rodfit::fit::{Experiment, FitFile, Measurement, PosteriorSettings};
 use rodfit::scene::{Dimension, Shape};
 use rodfit::{Code, Error, Problem, Scene};
 use std::path::PathBuf;
@@ -77,6 +77,8 @@ const DESIGN_RUNS: f64 = 10.0;
 const FIT_RUNS: f64 = 40.0;
 /// Cost of one replicate of a bootstrap or a Monte Carlo, in simulations.
 const REPLICATE_RUNS: f64 = 3.0;
+/// Cost of one draw of the posterior sampler: a trajectory of up to seven steps, each a run with derivatives.
+const DRAW_RUNS: f64 = 7.0;
 /// Memory of a recorded point at one step, for its position or one derivative of it, bytes.
 const RECORD_BYTES: f64 = 48.0;
 
@@ -208,10 +210,12 @@ pub fn study_cost(scene: &Scene) -> CostEstimate {
 }
 
 /// The cost of the fit file at `path`, by the [number of simulations](repeated_cost): [`FIT_RUNS`], and
-/// [`REPLICATE_RUNS`] per replicate of bootstrap and Monte Carlo.
+/// [`REPLICATE_RUNS`] per replicate of bootstrap and Monte Carlo, and [`DRAW_RUNS`] per draw of the posterior.
 pub fn fit_cost(file: &FitFile, path: PathBuf) -> CostEstimate {
     let replicates = file.analysis.bootstrap + file.analysis.monte_carlo;
-    repeated_cost(file, path, FIT_RUNS + REPLICATE_RUNS * replicates as f64)
+    let draws = file.analysis.posterior.map_or(0, PosteriorSettings::total);
+    let runs = REPLICATE_RUNS * replicates as f64 + DRAW_RUNS * draws as f64;
+    repeated_cost(file, path, FIT_RUNS + runs)
 }
 
 /// The cost of a design with the fit file at `path`: [`DESIGN_RUNS`] simulations of every experiment.

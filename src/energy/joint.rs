@@ -27,10 +27,10 @@
 //! [`EdgeState::gradient`] and [`EdgeState::derivatives`] convert them to derivatives by an edge's vector (m) and angle
 //! (rad), once for the sum of the edge's two joints. They add those of an axial force; [`between`] converts the block
 //! of two edges. [`Joint::slopes`] returns the table above, `Joint::pull` the first derivatives of the energy by `p`,
-//! `q` and `h` from given stresses, `Joint::cayley_twist` the twist as a tangent. [`DirectedEdge`] is tangent, directors and inverse length of an edge: `moved` makes
-//! it from a transported frame, `across` returns the derivative by the edge vector from those by `p` and `q`.
-//! `EdgeSum::plus` adds the parts of both joints of an edge. `EdgeState::at_reference` takes the present frame as the
-//! reference, as the derivatives of the literature do.
+//! `q` and `h` from given stresses, `Joint::cayley_twist` the twist as a tangent. [`DirectedEdge`] is tangent,
+//! directors and inverse length of an edge: `moved` makes it from a transported frame, `across` returns the derivative
+//! by the edge vector from those by `p` and `q`. `EdgeSum::plus` adds the parts of both joints of an edge.
+//! `EdgeState::at_reference` takes the present frame as the reference, as the derivatives of the literature do.
 //!
 //! `JointGradient` and `JointTangent` are derivatives by `p`, `q` and `h` of both edges, `EdgeSum` and `ByEdge` those
 //! by one edge before and after the conversion. `Between` are second derivatives by both edges.
@@ -340,8 +340,8 @@ impl<D: Scalar> Joint<D> {
         [cos - a[0] * b[0], sin - a[1] * b[0]]
     }
 
-    /// `2 tan(tau/2)` of the angle `tau` from the directors of the edge `e`, transported, to those of `f`: the component
-    /// along the tangent of the Cayley vector of the rotation between them.
+    /// `2 tan(tau/2)` of the angle `tau` from the directors of the edge `e`, transported, to those of `f`: the
+    /// component along the tangent of the Cayley vector of the rotation between them.
     #[inline]
     pub fn cayley_twist(&self, e: &DirectedEdge<D>, f: &DirectedEdge<D>) -> D {
         let [cos, sin] = self.turned(e, f);

@@ -37,8 +37,8 @@ impl MeasurementTables {
 
     /// Reads the measurements and adds them to an experiment, in the order observations, shapes, frequencies,
     /// load-deflection curves, critical loads. Paths are relative to `folder`. It also sets the loads of its scene
-    /// ([`Experiment::set_test_loads`]). Errors are those of the tables and files, and positions of any measurement of the experiment in
-    /// a unit that does not fit the size of the scene.
+    /// ([`Experiment::set_test_loads`]). Errors are those of the tables and files, and positions of any measurement of
+    /// the experiment in a unit that does not fit the size of the scene.
     pub fn add_to(self, experiment: &mut Experiment, folder: &Path) -> Result<(), Error> {
         // Keys of messages count the tables of this text, not the measurements that the experiment already has.
         let mut measurements = Vec::new();

@@ -115,6 +115,9 @@ pub use uncertainty::estimate::{ClusterJackknife, Estimate, ExperimentEstimate};
 pub use uncertainty::grade::Grade;
 pub use uncertainty::noise::noise_scale::NoiseScale;
 pub use uncertainty::noise::residual_noise::LossEffect;
+pub use uncertainty::posterior::draws::{PosteriorDraw, PosteriorDraws};
+pub use uncertainty::posterior::settings::PosteriorSettings;
+pub use uncertainty::posterior::summary::Posterior;
 pub use uncertainty::resampling::bootstrap::Bootstrap;
 pub use unknown::{Prior, Unknown};
 pub use validation_errors::report::{

@@ -168,7 +168,7 @@ impl Unknown {
 
     /// Whether the scale of the fit is the logarithm of the parameter: it is positive, and the unknown is not marked
     /// `plain` (for derivatives at zero).
-    fn is_logarithm(&self) -> bool {
+    pub(crate) fn is_logarithm(&self) -> bool {
         self.parameter.is_positive() && !self.plain
     }
 

@@ -19,6 +19,7 @@ use crate::fit::measurement::motion::PointMotion;
 use crate::fit::measurement::shape::EquilibriumShape;
 use crate::fit::uncertainty::analysis::Analysis;
 use crate::fit::uncertainty::discrepancy::omitted_effects::OMITTED_EFFECTS;
+use crate::fit::uncertainty::posterior::settings::PosteriorSettings;
 use crate::fit::unknown::{Prior, Unknown};
 use crate::numerics::upper_median;
 use crate::scene::validate::positive;
@@ -89,8 +90,9 @@ pub(crate) fn check(
 }
 
 /// Rejects values of `[analysis]` outside of their ranges: numbers of replicates (0, or 2 to [`MOST_REPLICATES`]), the
-/// index of the first one (up to [`MOST_REPLICATES`]), and the tolerance (0 to [`LARGEST_TOLERANCE`] of a standard
-/// error). Names in `plausible` must be paths of [`OMITTED_EFFECTS`], and their sizes positive.
+/// index of the first one (up to [`MOST_REPLICATES`]), the numbers of the posterior sampler, and the tolerance (0 to
+/// [`LARGEST_TOLERANCE`] of a standard error). Names in `plausible` must be paths of [`OMITTED_EFFECTS`], and their
+/// sizes positive.
 fn check_analysis(analysis: &Analysis) -> Result<(), Error> {
     let Analysis { bootstrap, monte_carlo, .. } = analysis;
     for (key, replicates) in [("bootstrap", *bootstrap), ("monte_carlo", *monte_carlo)] {
@@ -98,6 +100,7 @@ fn check_analysis(analysis: &Analysis) -> Result<(), Error> {
         let allowed = format!("0, or 2 .. {MOST_REPLICATES}");
         ensure(is_valid, format!("analysis.{key}"), replicates, allowed)?;
     }
+    analysis.posterior.map_or(Ok(()), PosteriorSettings::check)?;
     let first = analysis.bootstrap_first.unwrap_or(0);
     let allowed = format!("0 .. {MOST_REPLICATES}");
     ensure(first <= MOST_REPLICATES, "analysis.bootstrap_first", first, allowed)?;

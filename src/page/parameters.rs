@@ -2,9 +2,10 @@
 //! and start value if plot data were kept.
 //!
 //! Input: the report of the fit. Intervals are the expanded and the statistical one, those between experiments (cluster
-//! jackknife), by observed information, by profile likelihood and by bootstrap, where computed. A second table has the
-//! estimates by each of several experiments, for parameters whose estimates differ by more than noise. A third one has
-//! ratios such as stiffness over density that the data determine without the density. Output: HTML tables.
+//! jackknife), by observed information, by profile likelihood, by bootstrap and of the posterior distribution, where
+//! computed. A second table has the estimates by each of several experiments, for parameters whose estimates differ by
+//! more than noise. A third one has ratios such as stiffness over density that the data determine without the density.
+//! Output: HTML tables.
 
 use crate::fit::{Estimate, FitReport, QuotedEstimate, compared_estimates};
 use crate::page::chart::labeled;
@@ -74,6 +75,12 @@ pub(super) fn parameters(report: &FitReport) -> String {
         .text("bootstrap", |(_, e)| {
             let b = e.bootstrap.as_ref()?;
             Some(format!("{}, {}", plus_minus(e, b.std_error), own_interval(e, b.interval95)))
+        })
+        .text("posterior", |(_, e)| {
+            let p = e.posterior.as_ref()?;
+            let median = estimate_scale(e).format(p.median, Some(p.std_dev));
+            let spread = plus_minus(e, p.std_dev);
+            Some(format!("{median} {spread}, {}", own_interval(e, p.interval95)))
         })
         // Input of the fit: prior, bounds and start value.
         .text("prior", |(_, e)| {

@@ -114,8 +114,8 @@ pub enum Dimension {
 pub enum Discretization {
     /// Edges as chords of a curved rod, with the stiffnesses of the arc, as in the paper: a curved rod is too stiff.
     Paper,
-    /// Edges with the arc lengths of a curved rod, stiffnesses corrected for the polygon, and clamps in the middle of an
-    /// edge.
+    /// Edges with the arc lengths of a curved rod, stiffnesses corrected for the polygon, and clamps in the middle of
+    /// an edge.
     Corrected,
     /// As `corrected`, with corrected joints at the clamps of straight rods: more accurate deflections,
     /// less accurate frequencies.

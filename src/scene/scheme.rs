@@ -12,8 +12,8 @@ use serde::{Deserialize, Serialize};
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum Scheme {
-    /// Implicit, of Huang and Jawed (2019), Eq. (6), corrected: second order without dissipation at `beta = 0.5`, implicit
-    /// Euler at 1.
+    /// Implicit, of Huang and Jawed (2019), Eq. (6), corrected: second order without dissipation at `beta = 0.5`,
+    /// implicit Euler at 1.
     #[default]
     NewmarkBeta,
     /// Second order; conserves energy exactly at about 2.7 times the cost.

@@ -87,7 +87,8 @@ table! {
         pub segments: usize,
         /// Shape of the rod without loads.
         pub shape: Shape<D> = TABLE,
-        /// Displacement of the shape, m: the position of arc length 0 of straight rods and arcs. Default: zero for the first rod, for others the place that a joint gives.
+        /// Displacement of the shape, m: the position of arc length 0 of straight rods and arcs. Default: zero for the
+        /// first rod, for others the place that a joint gives.
         #[serde(
             default,
             deserialize_with = "crate::input::arrays::some_numbers",
@@ -271,9 +272,12 @@ table! {
         Spring {
             /// Ends of rods; a body only as the first entry.
             connects: Vec<JointEnd<D>> = TABLE,
-            /// Angle over moment, rad/(N m): one number, or in space those of rotations about both directors and the tangent of the end.
+            /// Angle over moment, rad/(N m): one number, or in space those of rotations about both directors and the
+            /// tangent of the end.
             rotation: PerAxis<D> = Quantity::positive("rad/(N m)").searched(Candidates::Here),
-            /// Rotation of the end relative to the first one without moment, rad; 0 is that of the rest shapes. In a plane an angle, counterclockwise; in space a rotation vector along both directors and the tangent of the end.
+            /// Rotation of the end relative to the first one without moment, rad; 0 is that of the rest shapes. In a
+            /// plane an angle, counterclockwise; in space a rotation vector along both directors and the tangent of the
+            /// end.
             #[serde(default, skip_serializing_if = "is_default")]
             rest: PerAxis<D> = Quantity::ANGLE,
             /// Time of the viscous moment (Kelvin-Voigt), s: moment over stiffness and rate of rotation.

@@ -45,7 +45,8 @@ pub struct StructureSupport {
     /// Number of edges between both markers of a recorded end; nodes between them stay on the chord.
     #[serde(default = "one_edge", skip_serializing_if = "is_one_edge")]
     pub edges: usize,
-    /// Whether a recorded end rotates freely about the rod. Otherwise it follows the twist-free (parallel-transported) frame.
+    /// Whether a recorded end rotates freely about the rod. Otherwise it follows the twist-free (parallel-transported)
+    /// frame.
     #[serde(default, skip_serializing_if = "is_default")]
     pub free_twist: bool,
 }

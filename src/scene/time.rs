@@ -36,8 +36,8 @@ pub struct Time<D = f64> {
     pub scheme_left_open: bool,
     /// Parameter of Newmark-beta, 0.5 to 1; 1 is implicit Euler.
     pub beta: D,
-    /// Spectral radius of generalised-alpha at infinite frequency, 0 to 1: factor per step on the amplitude of vibrations
-    /// that the step does not resolve.
+    /// Spectral radius of generalised-alpha at infinite frequency, 0 to 1: factor per step on the amplitude of
+    /// vibrations that the step does not resolve.
     pub rho_inf: D,
     /// Newton error of a step of Newmark-beta and generalised-alpha, as a fraction of the rod length.
     pub tolerance: StepTolerance,
@@ -61,7 +61,8 @@ struct TimeForm<D> {
     /// Time step, s; default: chosen by the program.
     #[serde(skip_serializing_if = "Option::is_none")]
     step: Option<f64>,
-    /// Time integration scheme; default: chosen with the step; beside a step `newmark-beta`, with contacts `generalised-alpha`.
+    /// Time integration scheme; default: chosen with the step; beside a step `newmark-beta`, with contacts
+    /// `generalised-alpha`.
     #[serde(skip_serializing_if = "Option::is_none")]
     scheme: Option<Scheme>,
     /// Parameter of `newmark-beta`, 0.5 to 1: 0.5 conserves energy, 1 is implicit Euler.

@@ -40,8 +40,8 @@ pub struct StructureEquilibrium {
     /// Whether the energy rises along every motion; of a structure in space.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub stable: Option<bool>,
-    /// Number of straight round rods between balls, which spin about themselves without resistance. They do not count as
-    /// marginal.
+    /// Number of straight round rods between balls, which spin about themselves without resistance. They do not count
+    /// as marginal.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub spinning_rods: usize,
     /// Number of independent motions that lower the energy.

@@ -114,8 +114,8 @@ pub struct Modes {
     /// Angular frequencies in and out of the plane, ascending, rad/s; unstable modes are first, with negative growth
     /// rates, 1/s.
     pub frequencies_rad_s: Vec<f64>,
-    /// Growth rates of the undamped modes under follower loads, or moments in space, in the order of the frequencies, 1/s.
-    /// One above zero is that of flutter or, with a negative frequency, of divergence. Absent without such loads.
+    /// Growth rates of the undamped modes under follower loads, or moments in space, in the order of the frequencies,
+    /// 1/s. One above zero is that of flutter or, with a negative frequency, of divergence. Absent without such loads.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub growth_rates_1_s: Vec<f64>,
     /// Modes, in the order of the frequencies.

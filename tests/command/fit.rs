@@ -78,9 +78,11 @@ fn requested_analyses_are_in_the_report() {
     assert_eq!(plain["grade"], "model-does-not-explain", "{plain}");
     assert!(plain["parameters"][0].get("profile95").is_none());
     let analysis = "[analysis]\nprofile = true\nbootstrap = 20\nseed = 3\n\
-                    observed_information = true\ndiscretization_error = \"none\"\n";
+                    observed_information = true\ndiscretization_error = \"none\"\n\
+                    posterior = { draws = 1000, chains = 2, warmup = 40 }\n";
     folder.write("fit.toml", &format!("{FIT}{analysis}"));
-    let output = folder.run(&["fit", "fit.toml", "--json", "fit.json"]);
+    let draws = ["--posterior", "30", "--draws", "draws.csv"];
+    let output = folder.run(&[&["fit", "fit.toml", "--json", "fit.json"], &draws[..]].concat());
     succeeds(&output);
     let fit = folder.json("fit.json");
     let e = &fit["parameters"][0];
@@ -89,8 +91,16 @@ fn requested_analyses_are_in_the_report() {
     }
     assert!(e["bootstrap"]["std_error"].as_f64().unwrap() > 0.0, "{e}");
     assert!(fit["discretization_error"].as_array().unwrap().is_empty());
+    // The option replaces the number of draws of the file, and its warning has a code.
+    assert_eq!(e["posterior"]["draws"], 60, "{e}");
+    let codes = fit["warning_codes"].as_array().unwrap();
+    assert!(codes.iter().any(|code| code == "posterior-not-converged"), "{fit}");
+    let table = std::fs::read_to_string(folder.path("draws.csv")).unwrap();
+    assert!(table.starts_with("chain,draw,youngs_modulus,lp\n0,0,"), "{table}");
+    assert_eq!(table.lines().count(), 61);
     let shown = stdout(&output);
     assert!(shown.contains("Profile likelihood") && shown.contains("Bootstrap"), "{shown}");
+    assert!(shown.contains("Posterior"), "{shown}");
 }
 
 /// The first printed line has the grade, and an unusable fit has exit code 3.
@@ -180,6 +190,22 @@ fn invalid_fit_or_data_is_rejected() {
         ("fit.toml", FIT.replace("point = \"tip\"", "y = \"left\""), &["left", "down"]),
         ("fit.toml", format!("{FIT}[analysis]\nprofiles = true\n"), &["profiles", "bootstrap"]),
         ("fit.toml", format!("{FIT}[analysis]\nbootstrap = 1\n"), &["analysis.bootstrap", "2 .. "]),
+        (
+            "fit.toml",
+            format!("{FIT}[analysis]\nposterior = {{ draws = 5 }}\n"),
+            &["analysis.posterior.draws", "20 .. "],
+        ),
+        (
+            "fit.toml",
+            format!("{FIT}[analysis]\nposterior = {{ chains = 0 }}\n"),
+            &["analysis.posterior.chains", "1 .. 1000"],
+        ),
+        ("fit.toml", format!("{FIT}[analysis]\nposterior = {{ thin = 5 }}\n"), &["thin", "draws"]),
+        (
+            "fit.toml",
+            format!("{FIT}[analysis]\nposterior = 1000\n"),
+            &["posterior", "draws = 1000"],
+        ),
         (
             "fit.toml",
             format!("{FIT}[analysis]\ndiscretization_error = \"all\"\n"),

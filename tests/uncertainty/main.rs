@@ -15,6 +15,7 @@ mod intervals;
 mod noise;
 mod outliers;
 mod outlying_experiments;
+mod posterior;
 mod score;
 mod sensitivity_growth;
 mod validity;

@@ -1,5 +1,5 @@
-//! C3D files with the motion of a tip: 0, 1 and 2 mm along x, 5 mm along y, in steps of 10 ms; a second point is missing in one
-//! frame. Files are written here, in both formats of numbers, and damaged.
+//! C3D files with the motion of a tip: 0, 1 and 2 mm along x, 5 mm along y, in steps of 10 ms; a second point is
+//! missing in one frame. Files are written here, in both formats of numbers, and damaged.
 
 use marker_files::{Clock, Format, LengthUnit, Recording, load, open, parse, read};
 use std::path::Path;

@@ -1,5 +1,5 @@
-//! Exports of several programs with the same motion: 0, 1 and 2 mm along x, 5 mm along y, in steps of 10 ms. All are read to the
-//! same times and positions; standard deviations, errors and escaped control characters are tested too.
+//! Exports of several programs with the same motion: 0, 1 and 2 mm along x, 5 mm along y, in steps of 10 ms. All are
+//! read to the same times and positions; standard deviations, errors and escaped control characters are tested too.
 
 use marker_files::{Error, Format, Recording, Vertical, open, parse, read, read_several};
 use std::path::PathBuf;

@@ -1,5 +1,5 @@
-//! Tables of one motion (0, 1 and 2 mm along x, 5 mm along y, in steps of 10 ms) in the dialects of programs, and tables that
-//! leave open what they mean.
+//! Tables of one motion (0, 1 and 2 mm along x, 5 mm along y, in steps of 10 ms) in the dialects of programs, and
+//! tables that leave open what they mean.
 
 use marker_files::table::Table;
 use marker_files::{

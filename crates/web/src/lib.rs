@@ -1,7 +1,7 @@
 //! Fits of rodfit where there is no disk: on a web page, in WebAssembly.
 //!
-//! [`fit`] takes the contents of a fit file, its scenes and its data by name, and returns the report as text, as JSON and
-//! as a self-contained HTML page. `exports` has the functions that JavaScript calls (`rodfit.js`).
+//! [`fit`] takes the contents of a fit file, its scenes and its data by name, and returns the report as text, as JSON
+//! and as a self-contained HTML page. `exports` has the functions that JavaScript calls (`rodfit.js`).
 
 mod exports;
 

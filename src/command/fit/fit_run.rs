@@ -2,21 +2,22 @@
 //!
 //! Three kinds of fit files are distinguished: validation data only (predictions, no fit), parameters that vary along
 //! the rod (`[[field]]`), and single parameters. Each prints a summary and writes the requested report (`--json`) and
-//! page (`--report`); fits also write the scenes with fitted values (`--save`). `--extend` and `--known` are errors for
-//! the first two kinds, `--save` for the first, `--monte-carlo` for the second. `inputs` are the files that the fit
-//! reads; `solve` makes the fit until a stop flag is set. The result is an exit code with a line for the overview of
-//! several fits, and of single parameters a summary for the comparison page. The code is 3 if the grade is not usable,
-//! no minimum was reached or an experiment could not be predicted. An output that cannot be written may raise it.
+//! page (`--report`); fits also write the scenes with fitted values (`--save`), and those of single parameters the
+//! draws of the posterior distribution (`--draws`). `--extend` and `--known` are errors for the first two kinds,
+//! `--save` and `--draws` for the first, `--monte-carlo` for the second. `inputs` are the files that the fit reads;
+//! `solve` makes the fit until a stop flag is set. The result is an exit code with a line for the overview of several
+//! fits, and of single parameters a summary for the comparison page. The code is 3 if the grade is not usable, no
+//! minimum was reached or an experiment could not be predicted. An output that cannot be written may raise it.
 
 use crate::command::fit::FitOptions;
 use crate::command::fit::extend::extended_fit;
 use crate::command::fit::fit_name::output_path;
 use crate::command::fit::save::{SavedScene, add_saved_scenes, scene_text};
 use crate::command::known::add_known_inputs;
-use crate::command::output::Outputs;
+use crate::command::output::{Output, Outputs};
 use crate::command::predict::{finish_prediction, prediction, set_derivatives};
 use crate::command::{GlobalOptions, conclude, limits, terminal};
-use rodfit::fit::{Experiment, FieldFit, FitFile, FitReport, FitSummary};
+use rodfit::fit::{Experiment, FieldFit, FitFile, FitReport, FitSummary, PosteriorSettings};
 use rodfit::{Code, Error, Parameter, page};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -43,14 +44,16 @@ pub(super) struct FitRun {
     pub outputs: Outputs,
     global: GlobalOptions,
     saved_scenes: Vec<SavedScene>,
+    /// File of the draws from the posterior distribution.
+    draws: Option<Output>,
     /// Whether to refit with effects that may explain the residuals.
     extends: bool,
 }
 
 impl FitRun {
     /// Reads the fit file at `path`, rejects meshes above the limits, applies the options (`--known`, `--monte-carlo`,
-    /// `--derivatives`), and adds the outputs, which are not yet checked. With a `name`, which a fit among several has,
-    /// their paths contain it.
+    /// `--posterior`, `--derivatives`), and adds the outputs, which are not yet checked. With a `name`, which a fit
+    /// among several has, their paths contain it.
     pub fn new(
         path: &Path,
         name: Option<String>,
@@ -62,6 +65,10 @@ impl FitRun {
         let mut file = FitFile::load_if(path, admit)?;
         add_known_inputs(&mut file, &options.known)?;
         file.analysis.monte_carlo = options.monte_carlo.unwrap_or(file.analysis.monte_carlo);
+        if let Some(draws) = options.posterior {
+            let settings = file.analysis.posterior.unwrap_or_default();
+            file.analysis.posterior = Some(PosteriorSettings { draws, ..settings });
+        }
         set_derivatives(&mut file, options.derivatives);
         let own = name.as_deref();
         // Outputs of several fits have the names of their fits.
@@ -73,8 +80,14 @@ impl FitRun {
             Some(path) => add_saved_scenes(&path, &file, &mut outputs)?,
             None => Vec::new(),
         };
+        let draws = output_path(options.draws.as_deref(), own, "--draws")?;
+        let draws = outputs.add("--draws", draws.as_deref());
+        if draws.is_some() && file.analysis.posterior.is_none() {
+            let allowed = "with --posterior N or [analysis] posterior";
+            return Err(Error::invalid("--draws", "without a posterior distribution", allowed));
+        }
         let (path, extends) = (path.into(), options.extend);
-        Ok(Self { path, name, file, outputs, global, saved_scenes, extends })
+        Ok(Self { path, name, file, outputs, global, saved_scenes, draws, extends })
     }
 
     /// Paths of all files that the fit reads: its scenes, recordings and data, and the fit file last. Outputs must
@@ -114,8 +127,11 @@ impl FitRun {
         }
         // The scenes are written before the report; an output that fails does not prevent the others.
         let title = self.path.display().to_string();
-        let saved = self
+        let mut saved = self
             .write_scenes(|experiment| Ok(report.parameters_of(experiment)), report.interrupted);
+        if let Some(draws) = &report.posterior_draws {
+            saved.push(self.outputs.write(self.draws, || Ok(draws.to_csv().into_bytes())));
+        }
         let code = if report.is_success() { 0 } else { 3 };
         let page = || page::fit_page(&report, &title);
         let summary = report.summary().with_subject(&title);
@@ -129,13 +145,14 @@ impl FitRun {
     }
 
     /// Predicts measurements that are all validation data, and writes the errors. The exit code is 3 if an experiment
-    /// could not be predicted. Options of a fit (`--extend`, `--save`, `--known`, also inputs in the file) are
-    /// rejected.
+    /// could not be predicted. Options of a fit (`--extend`, `--save`, `--draws`, `--known`, also inputs in the file)
+    /// are rejected.
     fn predict(self, stop: Arc<AtomicBool>) -> Result<SolvedFit, Error> {
         // Nothing is fitted, so that options of a fit would be ignored silently.
         let excluded = [
             ("--extend", self.extends),
             ("--save", !self.saved_scenes.is_empty()),
+            ("--draws", self.draws.is_some()),
             ("--known", !self.file.knowns.is_empty()),
             ("--monte-carlo", self.file.analysis.monte_carlo > 0),
         ];

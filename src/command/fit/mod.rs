@@ -1,9 +1,9 @@
 //! `rodfit fit`: identifies parameters from measurements, for one fit file or several in order.
 //!
 //! All fit files are read and all output paths checked before the first fit begins. Each fit prints a summary and
-//! writes the requested report (`--json`), page (`--report`) and fitted scene (`--save`). Several fits also get a
-//! printed overview and, with `--report`, a comparison page, and a fit that fails does not stop the others. The exit
-//! code is the largest of all: 2 invalid input, 3 not computed, not converged or not identifiable.
+//! writes the requested report (`--json`), page (`--report`), fitted scene (`--save`) and draws (`--draws`). Several
+//! fits also get a printed overview and, with `--report`, a comparison page, and a fit that fails does not stop the
+//! others. The exit code is the largest of all: 2 invalid input, 3 not computed, not converged or not identifiable.
 
 mod extend;
 mod fit_name;
@@ -45,6 +45,12 @@ pub struct FitOptions {
     /// Verify the uncertainty budget by N fits with random inputs and noise.
     #[arg(long, value_name = "N")]
     monte_carlo: Option<usize>,
+    /// Sample the posterior distribution with N draws of each chain.
+    #[arg(long, value_name = "N")]
+    posterior: Option<usize>,
+    /// Write the draws from the posterior distribution to this file (CSV), `-` is standard output.
+    #[arg(long, value_name = "FILE")]
+    draws: Option<PathBuf>,
     /// Refit with the omitted effects that best explain the residuals, and keep the best fit.
     #[arg(long)]
     extend: bool,

@@ -1,4 +1,5 @@
-//! Derivatives of the energy of a contact by hand against dual numbers and differences, and its independence of the mesh.
+//! Derivatives of the energy of a contact by hand against dual numbers and differences, and its independence of the
+//! mesh.
 
 use super::*;
 use crate::energy::by_unknowns::{self, Function};
@@ -66,7 +67,8 @@ fn obstacle(kind: ObstacleKind) -> Obstacle<f64> {
 const KINDS: [ObstacleKind; 4] =
     [ObstacleKind::Plane, ObstacleKind::Sphere, ObstacleKind::Cylinder, ObstacleKind::Capsule];
 
-/// Edges around the obstacle: in contact as a whole, at either end, in the middle, beyond the ends of a capsule, and apart.
+/// Edges around the obstacle: in contact as a whole, at either end, in the middle, beyond the ends of a capsule, and
+/// apart.
 fn edges(obstacle: &Obstacle<f64>) -> Vec<[[f64; 3]; 2]> {
     let mut edges = Vec::new();
     let side = AXES[1];
@@ -97,8 +99,8 @@ fn in_plane(obstacle: &Obstacle<f64>, edge: [[f64; 3]; 2]) -> (Obstacle<f64>, [f
     (Obstacle { point: [0.0, 0.0, -0.5 * length], axis, ..*obstacle }, [a, b, c, d])
 }
 
-/// Compares the derivatives by hand with those in dual numbers, for plain numbers and for dual ones with a derivative by the
-/// stiffness, the radii, the obstacle, whose axis turns, and the nodes. Returns whether there is contact.
+/// Compares the derivatives by hand with those in dual numbers, for plain numbers and for dual ones with a derivative
+/// by the stiffness, the radii, the obstacle, whose axis turns, and the nodes. Returns whether there is contact.
 fn compare<const A: usize, const Q: usize>(obstacle: &Obstacle<f64>, q: &[f64; Q]) -> bool {
     let part = ContactPart { arc_length: 0.1, length: 0.025, bounds: [0.0, 1.0], radius: 0.004 };
     let kind = obstacle.kind;
@@ -149,7 +151,8 @@ fn compare<const A: usize, const Q: usize>(obstacle: &Obstacle<f64>, q: &[f64; Q
     size > 0.0
 }
 
-/// Hand-derived gradient and Hessian against those of the energy in dual numbers. The cases include all kinds of contact.
+/// Hand-derived gradient and Hessian against those of the energy in dual numbers. The cases include all kinds of
+/// contact.
 #[test]
 fn hand_derived_derivatives_equal_those_in_dual_numbers() {
     for kind in KINDS {

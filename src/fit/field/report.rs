@@ -188,7 +188,8 @@ impl FieldReport {
     /// `scene` has for them, list after list, then the single parameters.
     ///
     /// # Errors
-    /// [`Error::Invalid`] for a scene without one of the lists, or with another number of values. Single parameters are not compared with the scene.
+    /// [`Error::Invalid`] for a scene without one of the lists, or with another number of values. Single parameters are
+    /// not compared with the scene.
     pub fn values(&self, scene: &Scene) -> Result<Vec<(Parameter, f64)>, Error> {
         let mut values = Vec::new();
         for field in &self.fields {

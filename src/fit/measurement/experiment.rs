@@ -24,8 +24,8 @@ use std::borrow::Cow;
 /// Work of a static solution, in time steps: both take about as many Newton iterations in total.
 const STEPS_OF_REST: f64 = 20.0;
 
-/// Part of a critical load that the scene has while the mesh is chosen: the rod is stable, and the mesh suits the lowest
-/// mode under the load.
+/// Part of a critical load that the scene has while the mesh is chosen: the rod is stable, and the mesh suits the
+/// lowest mode under the load.
 const PART_OF_CRITICAL_LOAD: f64 = 0.5;
 
 /// Smallest motion of a point whose rise time counts, over the largest motion of the experiment: a marker beside a
@@ -123,9 +123,9 @@ impl Experiment {
         self.measurements.iter().filter_map(record)
     }
 
-    /// The shortest [rise time](PointMotion::rise_time) of the recorded motions and of the gauges and sensors over time,
-    /// s. Left out are motions smaller than [`LEAST_MOTION`] of the largest one, whose rise is noise, and rise times of
-    /// zero. None where nothing is left.
+    /// The shortest [rise time](PointMotion::rise_time) of the recorded motions and of the gauges and sensors over
+    /// time, s. Left out are motions smaller than [`LEAST_MOTION`] of the largest one, whose rise is noise, and rise
+    /// times of zero. None where nothing is left.
     pub(crate) fn rise_time(&self) -> Option<f64> {
         let largest = self.motions().map(PointMotion::largest_distance).fold(0.0, f64::max);
         let moves = |m: &&Measurement| {

@@ -49,6 +49,7 @@ use crate::fit::uncertainty::estimate::Estimate;
 use crate::fit::uncertainty::grade::Grade;
 use crate::fit::uncertainty::noise::noise_scale::NoiseScale;
 use crate::fit::uncertainty::noise::residual_noise::LossEffect;
+use crate::fit::uncertainty::posterior::draws::PosteriorDraws;
 use crate::fit::uncertainty::warning_list::ReportedWarnings;
 use crate::numerics::simd::simd_level;
 use crate::numerics::stopwatch::Stopwatch;
@@ -151,6 +152,9 @@ pub struct FitReport {
     pub warning_codes: Vec<Code>,
     /// Whether the fit was stopped before convergence.
     pub interrupted: bool,
+    /// Draws from the posterior distribution, if requested; not part of the JSON.
+    #[serde(skip)]
+    pub posterior_draws: Option<PosteriorDraws>,
     /// Data of the plots, if requested.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub plot_data: Option<PlotData>,
@@ -196,6 +200,7 @@ impl FitReport {
             undetected_bias: assessment.discrepancy.undetected_bias,
             determined_groups: assessment.determined_groups,
             recordings: assessment.recordings,
+            posterior_draws: assessment.posterior_draws,
             local_minima,
             simulations: search.simulations(),
             wall_seconds: since.elapsed().as_secs_f64(),

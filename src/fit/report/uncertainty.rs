@@ -3,14 +3,15 @@
 //! Input: a [`FitReport`]. Output: its summary with the discretization error of each parameter (correction and
 //! remaining error), in per cent, or in the unit of a parameter that may be zero. Intervals by other methods follow, as
 //! far as they were computed: observed information, differences between experiments, profile likelihood (an open end is
-//! `none`), bootstrap. The table of estimates by each experiment is next, if the differences between them give a
-//! reported interval. The strongest correlations (at most [`CORRELATIONS`]), ratios of parameters to the density,
-//! uncertainty budgets and input sensitivities are last.
+//! `none`), bootstrap, posterior. The table of estimates by each experiment is next, if the differences between them
+//! give a reported interval. The strongest correlations (at most [`CORRELATIONS`]), ratios of parameters to the
+//! density, uncertainty budgets and input sensitivities are last.
 
 use crate::fit::report::estimate_table::is_from_clusters;
 use crate::fit::report::experiment_estimates::add_experiment_estimates;
 use crate::fit::report::{FitReport, budget, digits};
 use crate::fit::uncertainty::estimate::Estimate;
+use crate::fit::uncertainty::posterior::summary::Posterior;
 use crate::fit::uncertainty::resampling::bootstrap::Bootstrap;
 use crate::fit::uncertainty::warning_list::percent;
 use crate::numerics::total_order;
@@ -70,8 +71,8 @@ fn discretization(report: &FitReport) -> Vec<String> {
 }
 
 /// The `summary` with one fact for each other interval of an estimate that was computed: observed information,
-/// differences between experiments, profile likelihood (an open end as `none`), bootstrap. That of the differences has
-/// the reason for the reported interval.
+/// differences between experiments, profile likelihood (an open end as `none`), bootstrap, posterior. That of the
+/// differences has the reason for the reported interval.
 fn add_intervals(mut summary: Summary, e: &Estimate) -> Summary {
     let (unit, label) = (e.name.unit(), e.label());
     let error = e.std_error.unwrap_or(0.0);
@@ -110,6 +111,13 @@ fn add_intervals(mut summary: Summary, e: &Estimate) -> Summary {
     if let Some(Bootstrap { std_error, interval95, .. }) = &e.bootstrap {
         summary =
             summary.fact("Bootstrap", format!("{label} {}", interval(*std_error, *interval95)));
+    }
+    if let Some(Posterior { median, std_dev, interval95, r_hat, effective_draws, .. }) =
+        &e.posterior
+    {
+        let (median, spread) = (digits(*median, error), interval(*std_dev, *interval95));
+        let quality = format!("R-hat {r_hat:.3}, {effective_draws:.0} effective draws");
+        summary = summary.fact("Posterior", format!("{label} {median} {spread} ({quality})"));
     }
     summary
 }

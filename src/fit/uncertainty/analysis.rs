@@ -2,13 +2,14 @@
 //! `Fit::analyse`.
 //!
 //! [`Analysis`] turns on profile likelihood, bootstrap (number of replicates, and of the first one of a shared
-//! bootstrap), observed information, Monte Carlo (number of fits) and the sensitivity analysis (inputs, score tests,
-//! undetected bias). It selects the method of the discretization error ([`Refinement`]: linearized, refitted or
-//! none). It has plausible sizes of omitted effects by parameter name, in their units, and the seed of the random
-//! numbers. The convergence criterion of the search is the largest parameter step in standard errors ([`TOLERANCE`]
-//! by default). By default only the linearized discretization error is on, and the sensitivity analysis where it is
-//! cheap. Unknown keys are errors; values are checked elsewhere.
+//! bootstrap), the posterior distribution (numbers of draws and chains), observed information, Monte Carlo (number of
+//! fits) and the sensitivity analysis (inputs, score tests, undetected bias). It selects the method of the
+//! discretization error ([`Refinement`]: linearized, refitted or none). It has plausible sizes of omitted effects by
+//! parameter name, in their units, and the seed of the random numbers. The convergence criterion of the search is the
+//! largest parameter step in standard errors ([`TOLERANCE`] by default). By default only the linearized discretization
+//! error is on, and the sensitivity analysis where it is cheap. Unknown keys are errors; values are checked elsewhere.
 
+use crate::fit::uncertainty::posterior::settings::PosteriorSettings;
 use serde::Deserialize;
 use std::collections::BTreeMap;
 
@@ -25,7 +26,9 @@ pub struct Analysis {
     /// Number of the first replicate, where several fits share a bootstrap; the result of each
     /// replicate is then stored.
     pub bootstrap_first: Option<usize>,
-    /// Seed of the random numbers of bootstrap and Monte Carlo.
+    /// Numbers of draws and chains of the posterior distribution; none: no posterior.
+    pub posterior: Option<PosteriorSettings>,
+    /// Seed of the random numbers of bootstrap, posterior and Monte Carlo.
     pub seed: u64,
     /// Whether to compute standard errors from the exact Hessian of the misfit too.
     pub observed_information: bool,
@@ -56,6 +59,7 @@ impl Default for Analysis {
             profile: false,
             bootstrap: 0,
             bootstrap_first: None,
+            posterior: None,
             seed: 0,
             observed_information: false,
             discretization_error: Refinement::default(),

@@ -56,6 +56,9 @@ use crate::fit::uncertainty::noise::noise_scale::NoiseScale;
 use crate::fit::uncertainty::noise::residual_noise::{
     LossEffect, ResidualNoise, loss_effects, residual_rms,
 };
+use crate::fit::uncertainty::posterior::draws::PosteriorDraws;
+#[cfg(feature = "posterior")]
+use crate::fit::uncertainty::posterior::sampled::{SampledPosterior, sampled_posterior};
 use crate::fit::uncertainty::resampling::bootstrap::{Resampling, spreads};
 use crate::fit::uncertainty::resampling::cluster_jackknife::{
     add_cluster_jackknife, compares_experiments,
@@ -101,6 +104,8 @@ pub(crate) struct FitAssessment {
     pub recordings: Option<RecordingErrors>,
     /// Profile likelihoods, where requested.
     pub profiles: Vec<Profile>,
+    /// Draws from the posterior distribution, where requested.
+    pub posterior_draws: Option<PosteriorDraws>,
     pub warnings: Warnings,
 }
 
@@ -122,9 +127,9 @@ pub(crate) struct AssessmentInputs<'a> {
 /// is the bias by a mesh and a step that the program chose; without one it is computed here for given mesh and step.
 /// `knowns` are the inputs with a standard uncertainty. The most probable errors of these inputs are removed from the
 /// residuals that are tested; unless they are then noise, discretization errors are removed too. If discretization
-/// errors explain a misfit, its warnings become one note. Profiles, bootstrap and observed information need convergence
-/// and no unidentifiable direction. A failed analysis is left out. Errors: failure of the local analysis, and a stop
-/// during it or the estimate of the discretization error.
+/// errors explain a misfit, its warnings become one note. Profiles, bootstrap, posterior and observed information need
+/// convergence and no unidentifiable direction. A failed analysis is left out. Errors: failure of the local analysis,
+/// and a stop during it or the estimate of the discretization error.
 pub(crate) fn assess(
     fitted: Fitted,
     AssessmentInputs { local, bias: chosen, warnings, suspicions, experiments }: AssessmentInputs,
@@ -257,7 +262,7 @@ pub(crate) fn assess(
     }
 
     // Intervals of other methods, budgets, and sensitivities to inputs.
-    let mut profiles = Vec::new();
+    let (mut profiles, mut posterior_draws) = (Vec::new(), None);
     // Other intervals are expensive, and meaningless where a direction is not determined.
     if optimum.converged && covariance.findings.is_empty() {
         profiles = add_requested_intervals(
@@ -268,6 +273,8 @@ pub(crate) fn assess(
             &sigma,
             &mut warnings,
         );
+        posterior_draws =
+            add_posterior(&mut estimates, explained, &local, &correction, analysis, &mut warnings);
     }
     // GUM: contributions of noise, inputs and discretization to each estimate.
     let inputs = BudgetInputs {
@@ -316,6 +323,7 @@ pub(crate) fn assess(
         determined_groups: groups,
         recordings: RecordingErrors::new(experiments, explained),
         profiles,
+        posterior_draws,
         warnings,
     })
 }
@@ -443,4 +451,35 @@ fn add_requested_intervals(
         estimates.iter_mut().zip(spreads).for_each(|(e, spread)| e.bootstrap = spread);
     }
     profiles
+}
+
+/// Sets the posterior distributions in the `estimates`, if the analysis requests them, and returns all draws. `bias`
+/// corrects the draws for mesh and step. Findings are added to the warnings. None if not requested or after a failure.
+#[cfg(feature = "posterior")]
+fn add_posterior(
+    estimates: &mut [Estimate],
+    fitted: Fitted,
+    local: &LocalAnalysis,
+    bias: &DiscretizationBias,
+    analysis: &Analysis,
+    warnings: &mut Warnings,
+) -> Option<PosteriorDraws> {
+    let settings = analysis.posterior?;
+    let SampledPosterior { summaries, draws } =
+        sampled_posterior(fitted, local, bias, settings, analysis.seed, warnings)?;
+    estimates.iter_mut().zip(summaries).for_each(|(e, own)| e.posterior = Some(own));
+    Some(draws)
+}
+
+/// No draws: this build has no sampler, and the check of the fit rejects a requested posterior.
+#[cfg(not(feature = "posterior"))]
+fn add_posterior(
+    _: &mut [Estimate],
+    _: Fitted,
+    _: &LocalAnalysis,
+    _: &DiscretizationBias,
+    _: &Analysis,
+    _: &mut Warnings,
+) -> Option<PosteriorDraws> {
+    None
 }

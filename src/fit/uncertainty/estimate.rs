@@ -19,6 +19,7 @@ use crate::fit::uncertainty::budget::entries::{BudgetLine, InputSensitivity, Mon
 use crate::fit::uncertainty::covariance::local_analysis::LocalAnalysis;
 use crate::fit::uncertainty::covariance::zero_bound::NearZeroEstimate;
 use crate::fit::uncertainty::discretization::bias::DiscretizationBias;
+use crate::fit::uncertainty::posterior::summary::Posterior;
 use crate::fit::uncertainty::resampling::bootstrap::Bootstrap;
 use crate::fit::unknown::{Prior, Unknown};
 use crate::scene::Parameter;
@@ -104,6 +105,9 @@ pub struct Estimate {
     /// Spread over a parametric bootstrap, if requested.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub bootstrap: Option<Bootstrap>,
+    /// Posterior distribution, if requested.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub posterior: Option<Posterior>,
     /// Uncertainty budget: contribution of each source; empty without a standard error.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub budget: Vec<BudgetLine>,
@@ -150,6 +154,7 @@ impl Estimate {
             observed_std_error: None,
             profile95: None,
             bootstrap: None,
+            posterior: None,
             budget: Vec::new(),
             combined_std: None,
             coverage_factor: None,
@@ -205,7 +210,8 @@ pub(crate) fn local_estimates(
         let deviation = deviation.filter(|_| optimum.converged);
         let corrected = unknown.from_scale(x);
         let [low, high] = unknown.parameter.limits();
-        // Half-width on the scale of the unknown: noise and remaining discretization error, as a root of the sum of squares.
+        // Half-width on the scale of the unknown: noise and remaining discretization error, as a root of the sum of
+        // squares.
         let half = |sd: f64| (correlations.coverage_factor(i) * sd).hypot(remaining);
         // The misfit is a parabola over a poorly determined damping itself, not over its logarithm.
         let ends = |sd: f64| match bounds[i] {

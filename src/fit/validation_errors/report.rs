@@ -40,7 +40,8 @@ pub struct MeasurementError {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sigma: Option<f64>,
     /// `rms` over the root mean square change of the measured values about their mean (motions), about the unloaded rod
-    /// (shapes) or over the mean value (frequencies): 0 is exact, 1 is no better than no motion. Absent where nothing changes.
+    /// (shapes) or over the mean value (frequencies): 0 is exact, 1 is no better than no motion. Absent where nothing
+    /// changes.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub relative: Option<f64>,
 }
@@ -110,8 +111,8 @@ impl ValidationReport {
         self.failed.is_empty()
     }
 
-    /// The mean errors in all units, as one line of text, such as `mean error 1.234e-3 m`, separated by semicolons; empty
-    /// without errors.
+    /// The mean errors in all units, as one line of text, such as `mean error 1.234e-3 m`, separated by semicolons;
+    /// empty without errors.
     pub fn in_a_line(&self) -> String {
         let one = |s: &ValidationSummary| format!("mean error {:.3e} {}", s.mean, s.unit);
         self.summary.iter().map(one).collect::<Vec<_>>().join("; ")

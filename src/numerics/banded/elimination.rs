@@ -106,7 +106,8 @@ impl<D: Scalar, const W: usize, const S: usize> Elimination<D, W, S> {
                 }
             }
             for s in 0..S {
-                // The product with the inverse is NaN for 0 and infinity, and so is the sum: one test at the end suffices.
+                // The product with the inverse is NaN for 0 and infinity, and so is the sum: one test at the end
+                // suffices.
                 ones[s] += pivot[s].value() * inverse[s].value();
             }
             pivots[W + k] = pivot;

@@ -88,7 +88,8 @@ impl<D: Scalar, const W: usize, const S: usize> Elimination<D, W, S> {
         E: RightHandSide<D>,
     {
         let n = x.top.len();
-        // Only plain numbers are solved in blocks of W rows. As constants, these conditions compile no blocks for others.
+        // Only plain numbers are solved in blocks of W rows. As constants, these conditions compile no blocks for
+        // others.
         let single = if const { E::PLAIN } { n % W } else { n };
         // The first rows make the remaining number a multiple of W.
         let window =

@@ -5,11 +5,11 @@
 //! input by one standard uncertainty, `with_size` that of an omitted effect by a given size. [`unstated_inputs`]
 //! returns changes by +1 % of other nonzero numbers of geometry, material, loads, camera scale and motion
 //! (`INPUT_PATHS`). Left out are directions, points of a structure (`PLACES`), numbers that are identified or known,
-//! and those without derivatives in the model. Numbers after the first [`MOST_NUMBERS`] are left out, but for components of
-//! vectors that have begun; those of a vector are one change. Derivatives of the residuals by these numbers yield the [input
-//! directions](crate::fit::uncertainty::budget::input_directions). `shifted` moves the values at which these
-//! derivatives are taken. `relative_density_change` returns the relative change if only the density changes, in all
-//! experiments and by the same fraction; else `None`.
+//! and those without derivatives in the model. Numbers after the first [`MOST_NUMBERS`] are left out, but for
+//! components of vectors that have begun; those of a vector are one change. Derivatives of the residuals by these
+//! numbers yield the [input directions](crate::fit::uncertainty::budget::input_directions). `shifted` moves the values
+//! at which these derivatives are taken. `relative_density_change` returns the relative change if only the density
+//! changes, in all experiments and by the same fraction; else `None`.
 
 use crate::fit::known::Known;
 use crate::fit::measurement::experiment::Experiment;

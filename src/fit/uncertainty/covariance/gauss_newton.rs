@@ -114,8 +114,9 @@ impl Covariance {
         let norms = column_norms(rows, n);
         let bound = |j: usize| bounds.get(j).copied().flatten();
         let is_one_sided = |j: usize| bound(j).is_some_and(|bound| bound.is_one_sided());
-        // Unknowns without effect are left out before columns are scaled. The logarithm of a parameter near zero has no effect,
-        // but the parameter has. The errors of the others must not depend on how near to zero the search has ended.
+        // Unknowns without effect are left out before columns are scaled. The logarithm of a parameter near zero has no
+        // effect, but the parameter has. The errors of the others must not depend on how near to zero the search has
+        // ended.
         let least = |j: usize| if is_one_sided(j) { 0.0 } else { SMALLEST_EFFECT * motion };
         let active: Vec<usize> = (0..n).filter(|j| norms[*j] > least(*j)).collect();
         let inactive = (0..n).filter(|j| !active.contains(j) && !is_one_sided(*j));
@@ -160,8 +161,8 @@ impl Covariance {
             Some(scores) => &found.inverse * scores * &found.inverse,
         };
 
-        // Practical analysis: principal axes of the covariance in units of the limits. Where the linear model is doubtful, the
-        // misfit at the limit itself decides.
+        // Practical analysis: principal axes of the covariance in units of the limits. Where the linear model is
+        // doubtful, the misfit at the limit itself decides.
         let limit = |j: usize| match bound(j) {
             Some(bound) => BOUNDED_LIMIT * bound.log_deviation,
             None => practical_limit(&unknowns[j]),
@@ -184,8 +185,8 @@ impl Covariance {
         }
         let deviations: Vec<f64> = (0..n).map(|j| (variance * unit[(j, j)]).sqrt()).collect();
         let (structural, mut practical) = sparsest(structural, practical);
-        // Unknowns with a component along any of these directions are refused; products that are constant along all of them
-        // are kept.
+        // Unknowns with a component along any of these directions are refused; products that are constant along all of
+        // them are kept.
         let directions: Vec<&Vec<f64>> = structural.iter().chain(&practical).collect();
         let mut is_refused: Vec<bool> =
             (0..n).map(|j| directions.iter().any(|along| along[j] != 0.0)).collect();

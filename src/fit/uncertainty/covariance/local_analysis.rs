@@ -52,7 +52,8 @@ impl LocalAnalysis {
         let correlations = NoiseModel::new(fitted, &rows, &noise);
         let adequacy = Adequacy::new(fitted, &correlations);
         let mut bounds = zero_bounds(fitted, &rows, &noise, &correlations, &residuals);
-        // Rise of twice the misfit by a step, over that at the end of a 95 % interval; infinite where the simulation fails.
+        // Rise of twice the misfit by a step, over that at the end of a 95 % interval; infinite where the simulation
+        // fails.
         let end = noise.misfit_scale * quantile95(noise.degrees_of_freedom).powi(2);
         let rise = |step: &[f64]| {
             let x: Vec<f64> = optimum.x.iter().zip(step).map(|(x, s)| x + s).collect();

@@ -231,7 +231,8 @@ pub(crate) fn estimate_bias(
     warnings: &mut Warnings,
 ) -> Result<Option<DiscretizationBias>, Error> {
     let Fitted { search, optimum } = fitted;
-    // Rounding errors do not depend on the mesh. With as many values as unknowns the residuals of any fit are rounding errors.
+    // Rounding errors do not depend on the mesh. With as many values as unknowns the residuals of any fit are rounding
+    // errors.
     if optimum.residuals.len() != search.unknowns.len() && search.is_rounding(optimum) {
         return Ok(None);
     }

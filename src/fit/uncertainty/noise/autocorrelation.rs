@@ -217,7 +217,8 @@ fn degrees_of_freedom(
         let nearby =
             (s.correlation > step).then(|| inverse * s.score_covariance_below(step) * inverse);
         for j in (0..n).filter(|j| covariance[(*j, *j)] > 0.0) {
-            // Share of this series in the variance of the unknown; the relative error of its own variance is `sqrt(2/n)`.
+            // Share of this series in the variance of the unknown; the relative error of its own variance is
+            // `sqrt(2/n)`.
             let share = part[(j, j)] / covariance[(j, j)];
             common[j] -= share;
             if !s.is_sigma_stated {

@@ -1,0 +1,208 @@
+//! The posterior distribution at an optimum: chains in parallel, results of the parameters, and warnings.
+//!
+//! Input are the optimum with its local analysis, the settings and the seed. Each chain has residuals, a target and a
+//! random stream of its own, so that results do not depend on the number of threads. Draws are corrected for the bias
+//! by mesh and step as the estimates are, and converted to the units of the parameters. Output is a
+//! [`SampledPosterior`]: one summary per unknown, and all draws. R-hat above [`LARGEST_R_HAT`], fewer than
+//! [`FEWEST_EFFECTIVE`] effective draws and divergences are a warning. Autocorrelated noise is another one, as the
+//! likelihood is that of white noise. There is no posterior, with a note, where it cannot be normalized: an unknown
+//! that the data bound from one side only, without bounds or prior.
+
+use crate::code::Code;
+use crate::fit::search::fitted::Fitted;
+use crate::fit::uncertainty::covariance::local_analysis::LocalAnalysis;
+use crate::fit::uncertainty::discretization::bias::DiscretizationBias;
+use crate::fit::uncertainty::posterior::density::PosteriorDensity;
+use crate::fit::uncertainty::posterior::diagnostics::Diagnostics;
+use crate::fit::uncertainty::posterior::draws::{PosteriorDraw, PosteriorDraws};
+use crate::fit::uncertainty::posterior::sampler::{SampledChain, sample_chain};
+use crate::fit::uncertainty::posterior::settings::PosteriorSettings;
+use crate::fit::uncertainty::posterior::standardization::StandardizedDensity;
+use crate::fit::uncertainty::posterior::summary::Posterior;
+use crate::fit::uncertainty::warning_list::{Severity, Warnings};
+use crate::fit::unknown::Unknown;
+use rayon::prelude::*;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+/// Largest R-hat of a usable sample (Vehtari et al. 2021).
+const LARGEST_R_HAT: f64 = 1.01;
+/// Fewest effective draws of a usable sample, 100 for each of four chains (Vehtari et al. 2021).
+const FEWEST_EFFECTIVE: f64 = 400.0;
+/// Number of draws, of all chains, between two reports of progress.
+const REPORTED_DRAWS: usize = 100;
+/// Standard error with autocorrelated noise over that without, above which the posterior is too narrow.
+const LARGEST_INFLATION: f64 = 1.1;
+
+/// Posterior distribution of all unknowns.
+pub(crate) struct SampledPosterior {
+    /// One per unknown, in their order.
+    pub summaries: Vec<Posterior>,
+    pub draws: PosteriorDraws,
+}
+
+/// A chain in the units of the parameters.
+struct ParameterChain {
+    draws: Vec<PosteriorDraw>,
+    divergences: usize,
+}
+
+/// Samples the posterior distribution of a fit at its optimum. `bias` corrects the draws for mesh and step. Adds
+/// warnings about the quality of the sample. None, with a note, if the posterior cannot be normalized or no chain can
+/// start; none after a stop.
+pub(crate) fn sampled_posterior(
+    fitted: Fitted,
+    local: &LocalAnalysis,
+    bias: &DiscretizationBias,
+    settings: PosteriorSettings,
+    seed: u64,
+    warnings: &mut Warnings,
+) -> Option<SampledPosterior> {
+    let search = fitted.search;
+    let mut missing = |reason: &str| {
+        let text = format!("no posterior distribution: {reason}");
+        warnings.add(Severity::Note, Code::NoPosterior, text);
+    };
+    if let Some(unknown) = improper(fitted, local) {
+        missing(&format!(
+            "the data bound {unknown} from one side only, and a prior that is flat in its logarithm has no finite \
+             integral. Give bounds or a prior"
+        ));
+        return None;
+    }
+    let done = AtomicUsize::new(0);
+    let chains: Vec<Option<ParameterChain>> = (0..settings.chains)
+        .into_par_iter()
+        .map(|number| parameter_chain(fitted, local, bias, settings, seed, number, &done))
+        .collect();
+    if search.is_stopped() {
+        return None;
+    }
+    let Some(chains) = chains.into_iter().collect::<Option<Vec<ParameterChain>>>() else {
+        missing("no chain could start at the optimum. Give bounds");
+        return None;
+    };
+    let divergences = chains.iter().map(|chain| chain.divergences).sum();
+    let names = search.unknowns.iter().map(Unknown::to_string).collect();
+    let chains = chains.into_iter().map(|chain| chain.draws).collect();
+    let draws = PosteriorDraws { names, chains };
+    let all = 0..search.unknowns.len();
+    let Some(summaries) = all.map(|i| summary(&draws, i, divergences)).collect::<Option<Vec<_>>>()
+    else {
+        missing("the chains did not move. Give bounds");
+        return None;
+    };
+    warn_of_quality(&draws.names, &summaries, warnings);
+    if local.correlations.inflation.iter().any(|factor| *factor > LARGEST_INFLATION) {
+        let text = "the posterior distribution is too narrow: its likelihood is that of white noise, and the \
+                    residuals are autocorrelated. Use the standard errors, which include the correlation";
+        warnings.add(Severity::Note, Code::PosteriorTooNarrow, text);
+    }
+    Some(SampledPosterior { summaries, draws })
+}
+
+/// An unknown whose posterior has no finite integral: the data bound it from one side only, and it has neither two
+/// bounds nor a prior.
+fn improper<'a>(fitted: Fitted<'a>, local: &LocalAnalysis) -> Option<&'a Unknown> {
+    let is_open = |unknown: &Unknown| {
+        unknown.prior.is_none() && unknown.scaled_bounds().iter().any(|end| end.is_infinite())
+    };
+    let mut pairs = fitted.search.unknowns.iter().zip(&local.bounds);
+    let found = pairs.find(|(unknown, bound)| {
+        bound.is_some_and(|bound| bound.is_one_sided()) && is_open(unknown)
+    });
+    found.map(|(unknown, _)| unknown)
+}
+
+/// Chain `number` in the units of the parameters. `done` counts the draws of all chains, for reports of progress. None
+/// if it cannot start, or after a stop.
+fn parameter_chain(
+    fitted: Fitted,
+    local: &LocalAnalysis,
+    bias: &DiscretizationBias,
+    settings: PosteriorSettings,
+    seed: u64,
+    number: usize,
+    done: &AtomicUsize,
+) -> Option<ParameterChain> {
+    let Fitted { search, optimum } = fitted;
+    let density = PosteriorDensity::new(fitted, &local.noise).ok()?;
+    let bounds: Vec<[f64; 2]> = search.unknowns.iter().map(Unknown::scaled_bounds).collect();
+    let is_stopped = || search.is_stopped();
+    let target = StandardizedDensity::new(density, &optimum.x, &bounds, is_stopped).ok()??;
+    let after = || {
+        let count = done.fetch_add(1, Ordering::Relaxed) + 1;
+        if count.is_multiple_of(REPORTED_DRAWS) {
+            search.report(&format!("posterior, {count} of {}", settings.total()));
+        }
+    };
+    let SampledChain { draws, log_densities, divergences } =
+        sample_chain(&target, settings, seed, number, after)?;
+    let draw = |(u, log_density): (&Vec<f64>, f64)| {
+        let (x, log_slope) = target.unknowns(u);
+        let pairs = search.unknowns.iter().zip(x).enumerate();
+        let values = pairs.map(|(i, (u, x))| u.from_scale(bias.corrected(u, i, x))).collect();
+        PosteriorDraw { values, log_density: log_density - log_slope }
+    };
+    let draws = draws.iter().zip(log_densities).map(draw).collect();
+    Some(ParameterChain { draws, divergences })
+}
+
+/// The result for parameter `i` from all draws; none if they do not differ.
+fn summary(draws: &PosteriorDraws, i: usize, divergences: usize) -> Option<Posterior> {
+    let of = |chain: &Vec<PosteriorDraw>| chain.iter().map(|draw| draw.values[i]).collect();
+    let chains: Vec<Vec<f64>> = draws.chains.iter().map(of).collect();
+    let Diagnostics { r_hat, effective_draws, mc_error } = Diagnostics::new(&chains)?;
+    let mut sorted = chains.concat();
+    sorted.sort_by(f64::total_cmp);
+    let count = sorted.len();
+    let mean = sorted.iter().sum::<f64>() / count as f64;
+    let square: f64 = sorted.iter().map(|x| (x - mean).powi(2)).sum();
+    // Linear interpolation of the sorted draws.
+    let percentile = |p: f64| {
+        let place = p * (count - 1) as f64;
+        let (below, fraction) = (place.floor() as usize, place.fract());
+        sorted[below] * (1.0 - fraction) + sorted[(below + 1).min(count - 1)] * fraction
+    };
+    Some(Posterior {
+        mean,
+        median: percentile(0.5),
+        std_dev: (square / (count - 1) as f64).sqrt(),
+        interval95: [percentile(0.025), percentile(0.975)],
+        r_hat,
+        effective_draws,
+        mc_error,
+        divergences,
+        draws: count,
+    })
+}
+
+/// A warning if chains have not converged to one distribution, are too short, or have divergences, with the worst
+/// parameter (by its name in `names`).
+fn warn_of_quality(names: &[String], summaries: &[Posterior], warnings: &mut Warnings) {
+    let worst = |quality: fn(&Posterior) -> f64| {
+        let all = summaries.iter().map(quality).zip(names);
+        all.max_by(|a, b| a.0.total_cmp(&b.0))
+    };
+    let mut findings = Vec::new();
+    if let Some((r_hat, name)) = worst(|s| s.r_hat).filter(|(r_hat, _)| *r_hat > LARGEST_R_HAT) {
+        findings.push(format!("R-hat of {name} is {r_hat:.3} (at most {LARGEST_R_HAT})"));
+    }
+    if let Some((negative, name)) = worst(|s| -s.effective_draws)
+        && -negative < FEWEST_EFFECTIVE
+    {
+        let least = FEWEST_EFFECTIVE;
+        findings.push(format!("{name} has {:.0} effective draws (at least {least})", -negative));
+    }
+    if let Some(Posterior { divergences: 1.., draws, .. }) = summaries.first() {
+        let count = summaries[0].divergences;
+        findings.push(format!("{count} of {draws} draws diverged"));
+    }
+    if !findings.is_empty() {
+        let text = format!(
+            "the sample of the posterior distribution is not reliable: {}. Its intervals may be wrong. Increase \
+             draws and warmup, or give bounds",
+            findings.join(", ")
+        );
+        warnings.add(Severity::Note, Code::PosteriorNotConverged, text);
+    }
+}
