@@ -462,9 +462,9 @@ impl<E: OwnEnergy<N, P>, D: Nestable, const N: usize, const P: usize> Over<D> fo
         self.value(site, |x| x, q)
     }
 
-    /// Writes the derivatives by the unknowns `q` of the element, N (N m for angles), times the weight of the site, to
-    /// the first `q.len()` entries of `to`; the others stay. They are derived by hand if requested and available, else
-    /// by dual numbers.
+    /// Writes the derivatives by the unknowns `q` of the element, N (N m for angles), times the weight of the site (1
+    /// without one), to the first `q.len()` entries of `to`; the others stay. They are derived by hand if requested and
+    /// available, else by dual numbers.
     fn gradient(&self, site: &Site<D>, q: &[D], derivatives: Derivatives, to: &mut [D; MOST]) {
         by_size!(q, |q| {
             // An energy without hand-derived derivatives is differentiated by dual numbers.

@@ -5,11 +5,11 @@
 //! part of the rod in simulations, equilibria, modes, derivatives, fits and [`crate::check`]. Its
 //! parameters are `energy.<name>.<parameter>`.
 //!
-//! An energy, J, is a function of one to three neighbouring nodes and of the material directors of the
-//! edges between them, all in the world. It does not depend on the angles of the rod's edges, because
-//! the reference frames of these angles move with the rod. Its derivatives are computed in dual
-//! numbers, unless [`OwnEnergy::gradient`] and [`OwnEnergy::hessian`] return them, as [`Slopes`] and
-//! [`Curvatures`], by each node and director ([`By`]).
+//! An energy, J, is a function of one to three neighbouring nodes and of the material directors of the edges between
+//! them, all in the world. The angles of the rod's edges are no arguments, because their reference frames move with the
+//! rod. Derivatives are computed in dual numbers, unless [`OwnEnergy::gradient`] returns the first ones as [`Slopes`],
+//! and [`OwnEnergy::hessian`] the second ones as [`Curvatures`], by each node and director ([`By`]). A Hessian without
+//! gradient is not used.
 //!
 //! ```
 //! use rodfit::energy::{Directors, OwnEnergy, Place};

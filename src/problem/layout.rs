@@ -139,8 +139,8 @@ pub(crate) fn check_on_mesh(scene: &Scene, mesh: &Mesh) -> Result<Option<Vec<Vec
     Ok(start)
 }
 
-/// Rejects, in space, moments of `initial.point`, and moments of `loads.point` with a signal if the scheme does not
-/// take actuators that follow signals.
+/// Rejects, in space, moments other than zero: those of `initial.point`, and those of `loads.point` with a signal if
+/// the scheme in `[time]` does not take actuators that follow signals.
 fn check_moments_in_space(scene: &Scene) -> Result<(), Error> {
     let turns = |load: &PointForce| load.moment != [0.0; 3];
     if let Some(k) = scene.initial.point.iter().position(turns) {

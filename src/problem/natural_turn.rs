@@ -64,7 +64,8 @@ fn largest_turn(scene: &Scene, mesh: &Mesh) -> Option<LargestTurn> {
     mesh.turns().enumerate().map(joint).max_by(|a, b| a.angle.total_cmp(&b.angle))
 }
 
-/// Rejects a constant actuator of curvature whose `gain` turns the joint of the longest edge by half a turn or more.
+/// Rejects a constant actuator of curvature along a director (`d1` or `d2`) if `|gain|`, 1/m, times the longest edge of
+/// the mesh, m, is half a turn (pi) or more.
 fn check_actuators(scene: &Scene, mesh: &Mesh) -> Result<(), Error> {
     let longest = mesh.arcs.iter().copied().fold(0.0, f64::max);
     for (k, actuator) in scene.actuation.iter().enumerate() {

@@ -3,12 +3,12 @@
 //!
 //! `Problem::plausibility_notes` returns codes and texts for a [`Purpose`] (motion, equilibrium, modes), empty for a
 //! plausible scene. First is one text of all implausible numbers, each with the likely unit (g/cm^3, MPa, mm). Density,
-//! Young's modulus (also for the density), thickness, length, their ratio and gravity are compared with the constants
-//! of this module. Second: the scene file leaves out gravity and nothing else acts on its rod. Loads, flow, motions,
-//! recordings, user-defined energies, actuators, initial shapes and stress at rest count as actions; for a motion also
-//! an initial velocity. There is none for modes, or for a straight rod within 10 degrees of the y or z axis. Third: a
-//! given mesh that is too coarse for the natural curvature. Last, for equilibria and modes: friction of the
-//! rod or of a contact, which they do not have.
+//! Young's modulus, thickness, length, their ratio and gravity are compared with the constants of this module. Above
+//! the densities of [`SOFTEST_OF_DENSITY`] a larger modulus is required. Second: the scene file leaves out gravity and
+//! nothing else acts on its rod. Loads, flow, motions, recordings, user-defined energies, actuators, initial shapes and
+//! stress at rest count as actions; for a motion also an initial velocity. There is no such warning for modes, or for a
+//! straight rod within 10 degrees of the y or z axis. Third: a given mesh that is too coarse for the natural curvature.
+//! Last, for equilibria and modes: friction of the rod or of a contact, which they do not have.
 
 use crate::code::Code;
 use crate::numerics::vector::{dot, sub};
@@ -21,8 +21,9 @@ const LIGHTEST_SOLID: f64 = 10.0;
 const HEAVIEST_SOLID: f64 = 23e3;
 /// Young's modulus of the softest gels that hold the shape of a rod, Pa.
 const SOFTEST_SOLID: f64 = 1e3;
-/// Pairs of a density, kg/m^3, and the smallest Young's modulus of denser materials, Pa. Silicone has 1e5 Pa at 1200
-/// kg/m^3 and, filled with iron, at 2400; rubber with magnetic powder 1e6 Pa at 4000; metals have more than 1e9 Pa.
+/// Pairs of a density, kg/m^3, and the smallest Young's modulus of denser materials, Pa, the largest density first.
+/// Silicone has 1e5 Pa at 1200 kg/m^3 and, filled with iron, at 2400; rubber with magnetic powder 1e6 Pa at 4000;
+/// metals have more than 1e9 Pa.
 const SOFTEST_OF_DENSITY: [[f64; 2]; 2] = [[4000.0, 1e7], [2400.0, 5e4]];
 /// Densities above this, kg/m^3, are those of metals, glass or composites, whose moduli are given in GPa.
 const GIVEN_IN_GIGAPASCALS: f64 = 1500.0;

@@ -328,7 +328,8 @@ impl Parameter {
     /// `rod.natural_bending.d1`.
     ///
     /// # Errors
-    /// [`Error::Invalid`] for names that are not lists of the scene.
+    /// [`Error::Invalid`] for names that are not lists of the scene along the rod, as values of a signal, and for factors
+    /// at given arc lengths.
     pub fn list(scene: &Scene, name: &str) -> Result<Vec<Self>, Error> {
         let place = if LISTS.contains(&name) { format!("rod.{name}") } else { name.to_string() };
         // Pairs of natural bending are lists of one component each.
@@ -345,7 +346,10 @@ impl Parameter {
             });
             count.parse::<usize>().is_ok() && own == component
         };
-        let all: Vec<Self> = Self::all(scene).into_iter().filter(of_list).collect();
+        // Factors at arc lengths of their own and values of signals are not spread along the rod.
+        let is_along_rod = list.starts_with("rod.") && !list.ends_with(".factor");
+        let all = Self::all(scene).into_iter().filter(|p| is_along_rod && of_list(p));
+        let all: Vec<Self> = all.collect();
         match all.is_empty() {
             true => {
                 let allowed = "a list of values along the rod in the scene: \

@@ -174,8 +174,8 @@ impl RodSpec {
             && self.natural_bending.is_empty()
     }
 
-    /// Values along the rod with their keys below `[rod]`: `natural_curvature`, `natural_twist`, then the given factors
-    /// `taper.<key>`.
+    /// Values along the rod with their keys below `[rod]`: `natural_curvature` and `natural_twist`, given or by
+    /// default, then the given factors `taper.<key>`. `natural_bending` is left out.
     fn lists(&self) -> impl Iterator<Item = (String, &Along)> {
         let natural = [
             ("natural_curvature".to_string(), &self.natural_curvature),

@@ -6,7 +6,7 @@
 //!
 //! `check_step` rejects a step, s, that does not resolve these motions, and `motion_step_warnings` warns of one that
 //! resolves them poorly, by the limits of the module `motion_rate`. `largest_good_step` is the largest one, s, without
-//! a warning; recorded ends are left out there.
+//! a warning; the recording in `supports.path` is left out there.
 
 use crate::code::Code;
 use crate::error::Error;
@@ -60,8 +60,8 @@ impl Scene {
         warnings
     }
 
-    /// Largest time step, s, without such a warning for the motions of walls and hinges and all used signals; infinity
-    /// without any. Recorded ends are left out.
+    /// Largest time step, s, for which [`motion_step_warnings`](Self::motion_step_warnings) has no warning of
+    /// `supports.motion` and the used signals; infinity without any. The recording in `supports.path` is left out.
     pub(crate) fn largest_good_step(&self) -> f64 {
         let rates = self.signal_rates();
         rates.map(|rate| rate.good_step()).fold(self.supports.largest_good_step(), f64::min)

@@ -3,10 +3,11 @@
 //!
 //! A body has its own mass, and that of nodes of the rod ends on it. For a clamped end it is the mass of the inner
 //! node, which is without the part behind the joint, and the point masses on the outer node. Half of the rotational
-//! inertia of the outer edge about itself is added. For a hinged end it is the mass of the outer node. Its axes are the
-//! principal ones of the sum. The mass of a sprung clamp counts at the joint, with its moment of inertia about it. An
-//! elastic joint is a rotational spring, or a hinge: a stiff spring ([`HINGE_STIFFNESS`] times the largest stiffness of
-//! the rod's joint beside it) across its axis.
+//! inertia of the outer edge about itself is added. For a pinned end (of a ball joint) it is the mass of the outer
+//! node. The mass of a sprung clamp counts at the joint; the clamp has a rotation of its own, with its moments of
+//! inertia about the joint. The axes of a body are the principal ones of the sum. An elastic joint is a rotational
+//! spring, or a hinge: a stiff spring ([`HINGE_STIFFNESS`] times the largest stiffness of the rod's joint beside it)
+//! across its axis.
 //!
 //! [`SpatialBodiesAtRest`] has bodies with loads, springs, centers, m, coordinates at rest, m (zero for rotations), and
 //! the references of the rotations. Axes of clamps and of rotations at rest are matrices with the axes in the columns.
@@ -311,8 +312,9 @@ fn edge_inertia<D: Nestable>(rod: &PlacedRod<D, Space>, end: usize) -> D {
 }
 
 /// The masses of body `b` of a plan: its own with its inertia tensor, then those of each rod end on it. A clamped end
-/// has both nodes of its outer edge at their places, with the inertia of half that edge about its tangent. A hinged end
-/// has the outer node, a sprung clamp both nodes at the joint. Errors are those of [`body_tensor`].
+/// has both nodes of its outer edge at their places, with the inertia of half that edge about its tangent. A pinned end
+/// (of a ball joint) has the outer node, a sprung clamp (of a spring or a hinge) both nodes at the joint. Errors are
+/// those of [`body_tensor`].
 fn carried_masses<D: Nestable>(
     plan: &StructurePlan,
     scene: &StructureScene<D>,

@@ -99,6 +99,17 @@ fn natural_curvatures_are_identified() {
     );
 }
 
+/// Values in the middle of equal parts are a list along the rod, factors at arc lengths of their own are none.
+#[test]
+fn factors_at_arc_lengths_are_no_list_along_the_rod() {
+    let mut scene = arc(4);
+    assert_eq!(Parameter::list(&scene, "natural_curvature").unwrap().len(), 4);
+    let points = BreakPoints { at: vec![0.0, 0.1, 0.5], factor: vec![1.0, 0.6, 0.9] };
+    scene.rod.natural_curvature = Along::BreakPoints(points);
+    let error = Parameter::list(&scene, "rod.natural_curvature.factor").unwrap_err();
+    assert!(error.to_string().contains("a list of values along the rod"), "{error}");
+}
+
 /// The optimum and its standard errors equal those of the dense Jacobian, computed column by column.
 #[test]
 fn lanczos_optimum_equals_dense_jacobian_optimum() {

@@ -4,10 +4,11 @@
 //! which the first lines of a file form a table by a given criterion. In general this is [`is_table`]: a header, and
 //! rows with as many fields, which are numbers. Numbers may have decimal commas, except where a comma separates the
 //! columns and the number is not quoted. Without such a separator it is the first comma, semicolon or tab of the
-//! header; without any of them white space if all lines have equally many words, else a comma. [`stated_separator`]
-//! reads a first line `sep=;`, as Excel writes it; another character there is an error. [`Separator::records`] splits
-//! bytes into [`TextRecord`]s with their lines; lines that start with `#` are comments and left out, as are blank
-//! lines, also those of spaces or separators only. Fields that are not UTF-8 are errors ([`csv_error`]).
+//! header; without any of them white space if all lines have equally many words (two or more), else a comma.
+//! [`stated_separator`] reads a first line `sep=;`, as Excel writes it; another character there is an error.
+//! [`Separator::records`] splits bytes into [`TextRecord`]s with their lines; lines that start with `#` are comments
+//! and left out, as are blank lines, also those of spaces or separators only. Fields that are not UTF-8 are errors
+//! ([`csv_error`]).
 //!
 //! [`header_separator`] is the first comma, semicolon or tab of the header, `None` without any, and [`delimiter`] the
 //! same with a comma as the default. [`with_tabs`] replaces spaces between columns by tabs. [`is_number_or_blank`] and
@@ -233,16 +234,18 @@ pub(crate) fn with_tabs(bytes: &[u8]) -> Vec<u8> {
     own
 }
 
-/// The separator of the columns: the first comma, semicolon or tab in the header, which is the first line that is no
-/// comment; a comma without any.
+/// The separator of the columns: the first comma, semicolon or tab in the header; a comma without any. The header is
+/// the first line that is not blank and does not begin with `#`.
 pub fn delimiter(bytes: &[u8]) -> u8 {
     header_separator(bytes).unwrap_or(b',')
 }
 
-/// The first comma, semicolon or tab in the header, which is the first line that is no comment; `None` without any.
+/// The first comma, semicolon or tab in the header; `None` without any. The header is the first line that is not
+/// blank and does not begin with `#`.
 pub(crate) fn header_separator(bytes: &[u8]) -> Option<u8> {
     let mut lines = bytes.split(|b| *b == b'\n');
-    let header = lines.find(|line| !line.starts_with(b"#")).unwrap_or_default();
+    let is_header = |line: &&[u8]| !line.starts_with(b"#") && !line.trim_ascii().is_empty();
+    let header = lines.find(is_header).unwrap_or_default();
     header.iter().copied().find(|b| b",;\t".contains(b))
 }
 

@@ -15,10 +15,10 @@
 //! `R` is a curvature, 1/m, times the joint's length.
 //!
 //! Input: the joint's stiffness `K` (N m), and the stretch `z` of its springs without slip. Output of [`Sliders`]: the
-//! stretch `z` with slip (`stretch_with_slip`), stiffness and stress of the springs (`response`, N m), their energy
-//! (`energy`, J), and the absolute distance of `|z|` from `R` (`distance_to_slipping`). With one strain, `|z|` is the
-//! absolute value, and a slipping spring has no stiffness. [`SliderRates`] has the derivatives of `R`, taken from dual
-//! sliders; its `slip_rate` returns those of the stretch with slip along parameters.
+//! stretch `z` with slip (`stretch_with_slip`), stiffness and stress of the springs (`response`, N m), and the absolute
+//! distance of `|z|` from `R` (`distance_to_slipping`). `energy` is that of springs at a stretch with slip, J. With one
+//! strain, `|z|` is the absolute value, and a slipping spring has no stiffness. [`SliderRates`] has the derivatives of
+//! `R`, taken from dual sliders; its `slip_rate` returns those of the stretch with slip along parameters.
 
 use crate::energy::law::Symmetric;
 use crate::numerics::lanes::{Lanes, dot as lanes_dot};
@@ -149,8 +149,8 @@ impl<D: Scalar> Sliders<D> {
         (stiffness, components(|c| pull[c] * self.stiffness * factor))
     }
 
-    /// Energy `g z.K z/2` of springs at the stretch `z`, J, with the joint's own stiffness `elastic` and the fraction
-    /// `g`.
+    /// Energy `g z.K z/2` of springs at the stretch `z` with slip, J, with the joint's own stiffness `elastic` and the
+    /// fraction `g`. The limit `R` is not applied to `z`.
     pub fn energy<K: Symmetric<D, S>, const S: usize>(&self, elastic: &K, z: &[D; S]) -> D {
         product(z, &elastic.times(z)) * self.stiffness * 0.5
     }

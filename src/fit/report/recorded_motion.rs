@@ -142,9 +142,10 @@ struct SampleError {
     error: f64,
 }
 
-/// The comparison of all experiments whose ends are prescribed by a recording, at `x`, the unknowns on their scales; on
-/// several threads. Those that cannot be simulated are left out, as the report has their errors. `None` if none
-/// remains.
+/// The comparison with recordings of all experiments with a measured motion and `supports.path`, at `x`, the unknowns
+/// on their scales; on several threads. It has the mean errors by duration of free runs and by speed of free markers,
+/// and simulated and recorded positions. Experiments that cannot be simulated are left out, as the report has their
+/// errors. `None` if none remains.
 pub(crate) fn recording_plots(
     experiments: &[Experiment],
     search: &Search,

@@ -1,13 +1,14 @@
 //! Plausibility checks of data and scene before the search, without a simulation.
 //!
-//! Input: the fitted experiments and the unknowns. If the scene drives a rod and its recordings show no motion, that is
-//! a fatal reason: the fit is not searched. For rods released at rest, up to three properties of each recorded motion
-//! are checked. These are the distance of the first samples from the point's position in the scene ([`START_DISTANCE`]
-//! of the length), rest after t = 0 (a late release), and the time scale under gravity ([`TIME_SCALE`]). Experiments of
-//! structures, and those with an unknown of the camera or the clamp angle, have no such checks. Output:
-//! [`DataPrecheck`] with the fatal reason, and with suspicions that name likely causes and corrections. The report has
-//! the suspicions if the fit does not explain the data; `explain` adds them to the error of a search that failed. A
-//! start beyond the second [`START_DISTANCE`] is an error, and so is a point that is not on the rod.
+//! Input: the fitted experiments and the unknowns. If the scene releases and drives a rod and none of its recordings
+//! shows a motion, that is a fatal reason: the fit is not searched. For rods released at rest, up to three properties
+//! of each recorded motion are checked. These are the distance of the first samples from the point's position in the
+//! scene ([`START_DISTANCE`] of the length), rest after t = 0 (a late release), and the fall under gravity (upward, too
+//! slow, or a swing whose time scale is outside of [`TIME_SCALE`]). Experiments of structures, and those with an
+//! unknown of the camera or the clamp angle, have none of these three. Output: [`DataPrecheck`] with the fatal reason,
+//! and with suspicions that name likely causes and corrections. The report has the suspicions if the fit does not
+//! explain the data; `explain` adds them to the error of a search that failed. A start beyond the second
+//! [`START_DISTANCE`] is an error, and so is a point that is not on the rod.
 //!
 //! Time scale: consider a straight rod at rest that is released under its weight alone. The mean displacement of a
 //! point downward times the square of its circular frequency is about the acceleration of gravity `g`, whatever the
@@ -372,12 +373,14 @@ impl<'a> Release<'a> {
         let closest = positions.min_by(|a, b| distance(a).total_cmp(&distance(b)));
         let nearest = NODE_DISTANCE * START_DISTANCE[0] * length;
         if let Some((node, _)) = closest.filter(|node| distance(node) <= nearest) {
-            return format!(
-                "node {node} starts there, so that another point was tracked, or the scale is wrong by a \
-                 factor of {ratio:.3}"
-            );
+            let text = format!("node {node} starts there, so that another point was tracked");
+            // A point at the wall has no distance from it that a scale could change.
+            return match ratio.is_finite() {
+                true => format!("{text}, or the scale is wrong by a factor of {ratio:.3}"),
+                false => text,
+            };
         }
-        if cosine > SAME_DIRECTION {
+        if cosine > SAME_DIRECTION && ratio.is_finite() {
             return format!("the scale is wrong by a factor of {ratio:.3}");
         }
         // Without a better explanation a constant shift explains any start.

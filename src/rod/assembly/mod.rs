@@ -1,16 +1,17 @@
 //! Assemblies: several rods whose ends are carried by rigid bodies, in a plane or in space.
 //!
 //! Unknowns are those of all rods, one rod after the other, and then the coordinates of the bodies (position and
-//! rotation). The end nodes that a body carries follow from its coordinates: one node of a hinged end, two of a clamped
-//! one. Nodes at walls are fixed. [`Assembly`] is a [`Rod`] for steppers, equilibria and modes, without springs of
-//! internal friction: it returns gradient (N), tangent (N/m), energies (J) and strains of all rods with bodies and
-//! joint springs. `place_carried` and `set_carried_rates` overwrite positions and velocities of carried nodes by those
-//! that follow from the bodies, of fixed nodes by theirs. `hold_walls` replaces the frames of edges clamped at walls by
-//! those at rest. `unknowns_without_effect` lists those of carried and fixed nodes, gaps, and in space the unused
-//! coordinate after each three of a body. `rod_ranges` and `body_coordinates` are ranges of unknowns. For the steps of
-//! a simulation in space, [`Assembly::by_increments`] selects derivatives by increments of rotations. Both variants are
-//! [`JoinedRods`] over an [`AssemblyLayout`], with a bordered `tangent`. Bodies and joint springs are in [`bodies`]
-//! (plane) and [`spatial_bodies`] (space).
+//! rotation) and of sprung clamps (rotation). The end nodes that a body carries follow from these: one node of a pinned
+//! end (a ball, or a hinge in a plane), two of a clamped or sprung one. Nodes at walls are fixed. [`Assembly`] is a
+//! [`Rod`] for steppers, equilibria and modes, without springs of internal friction: it returns gradient (N), tangent
+//! (N/m), energies (J) and strains of all rods with bodies and joint springs. `place_carried` and `set_carried_rates`
+//! overwrite positions and velocities of carried nodes by those that follow from the bodies, of fixed nodes by theirs.
+//! `hold_walls` replaces the frames of edges clamped at walls by those at rest. `unknowns_without_effect` lists those
+//! of carried and fixed nodes, gaps, and in space the unused coordinate after each three of a center or rotation.
+//! `rod_ranges` and `body_coordinates` are ranges of unknowns. For the steps of a simulation in space,
+//! [`Assembly::by_increments`] selects derivatives by increments of rotations. Both variants are [`JoinedRods`] over an
+//! [`AssemblyLayout`], with a bordered `tangent`. Bodies and joint springs are in [`bodies`] (plane) and
+//! [`spatial_bodies`] (space).
 //!
 //! Files: `member` (one rod with its carried and fixed nodes), `joined_rods` (evaluation of all rods), `reduction`
 //! (chain rule through carried nodes), `joint_law` (elastic joints in space), `tangent` and `bordered` (matrix and

@@ -157,7 +157,8 @@ impl<D: Scalar> CarriedMotion<D> for SpatialCarried<D> {
         &self.values
     }
 
-    /// Number of coordinates on which the node depends: 3, 6 or 9.
+    /// Number of coordinates on which the node depends: three of the body's center, three more if the body rotates, and
+    /// three more at a sprung clamp.
     fn count(&self) -> usize {
         self.count
     }

@@ -3,11 +3,11 @@
 //!
 //! Input: the equations of motion, the end and size of the step (s), and the state at its start. A step starts from a
 //! [predictor], forms one tangent there, and corrects with its factors until the [estimated error](convergence) is
-//! below the [tolerance](crate::scene::StepTolerance). A new tangent is formed where the old one would take more
-//! corrections than it saves. The residual at the solution is then not evaluated: the forces there follow from the
-//! linear system. Averaging schemes, dual numbers and the tolerance `rounding` iterate until the residual is a rounding
-//! error (`rounding`). If an iteration from extrapolated velocities fails, one from constant velocities to the rounding
-//! error follows.
+//! below the [tolerance](crate::scene::StepTolerance), or the residual is a rounding error. A new tangent is formed
+//! where the old one would take more corrections than it saves. If the estimate ends the iteration, the residual at the
+//! solution is not evaluated: the forces there follow from the linear system. Averaging schemes, dual numbers and the
+//! tolerance `rounding` iterate until the residual is a rounding error (`rounding`). If an iteration from extrapolated
+//! velocities fails, one from constant velocities to the rounding error follows.
 //!
 //! Output: unknowns, velocities, forces and internal variables at the end of the step, for generalised-alpha also
 //! accelerations; on request (`keep_tangent`, `keep_next_tangent`) the tangent and its factors at the solution, for
