@@ -12,10 +12,11 @@ use std::fmt;
 
 /// Documents with the entries of all codes, in the order of [`Code`], then those of the exit codes. Each entry has a
 /// heading of the second level.
-const PAGES: [&str; 5] = [
+const PAGES: [&str; 6] = [
     include_str!("../docs/codes/grades.md"),
     include_str!("../docs/codes/residuals.md"),
     include_str!("../docs/codes/parameters.md"),
+    include_str!("../docs/codes/posterior.md"),
     include_str!("../docs/codes/scenes.md"),
     include_str!("../docs/codes/runs.md"),
 ];
@@ -109,14 +110,14 @@ codes! {
     NumericsBelowData "numerics-below-data",
     HalvedSteps "halved-steps",
     ReplicatesFailed "replicates-failed",
-    PosteriorNotConverged "posterior-not-converged",
-    PosteriorTooNarrow "posterior-too-narrow",
-    NoPosterior "no-posterior",
     NoHessian "no-hessian",
     NoBudget "no-budget",
     BudgetNotLinear "budget-not-linear",
     NoSensitivityAnalysis "no-sensitivity-analysis" formerly "no-what-if",
     NoShapes "no-shapes",
+    PosteriorNotConverged "posterior-not-converged",
+    PosteriorTooNarrow "posterior-too-narrow",
+    NoPosterior "no-posterior",
     // Problems of scenes and recordings, in simulations and fits.
     StepTooLarge "step-too-large",
     AccuracyOutOfReach "accuracy-out-of-reach",

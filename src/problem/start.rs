@@ -209,7 +209,7 @@ impl<M: Model> Discretized<'_, M> {
     /// Parts of the rod that follow a recording, each with its nodes and their markers. The recorded ends come first,
     /// from the start on, then one part with the inner nodes, which may be empty. No parts without a recording that has
     /// been read.
-    pub(crate) fn recorded(&self) -> Vec<RecordedPart> {
+    pub(super) fn recorded(&self) -> Vec<RecordedPart> {
         let supports = &self.scene().supports;
         let Some(path) = &supports.path else { return Vec::new() };
         let Recorded { track: Some(track), .. } = path else { return Vec::new() };

@@ -19,7 +19,7 @@ const MOST_CHAINS: usize = 1000;
 #[serde(
     deny_unknown_fields,
     default,
-    expecting = "{ draws = 1000, chains = 4, warmup = 300 }, all keys optional"
+    expecting = "posterior = { draws = 1000, chains = 4, warmup = 300 }, all keys optional"
 )]
 pub struct PosteriorSettings {
     /// Number of draws of each chain, after its warm-up.
