@@ -328,8 +328,8 @@ impl Parameter {
     /// `rod.natural_bending.d1`.
     ///
     /// # Errors
-    /// [`Error::Invalid`] for names that are not lists of the scene along the rod, as values of a signal, and for factors
-    /// at given arc lengths.
+    /// [`Error::Invalid`] for names that are not lists of the scene along the rod, as values of a signal, and for
+    /// factors at given arc lengths.
     pub fn list(scene: &Scene, name: &str) -> Result<Vec<Self>, Error> {
         let place = if LISTS.contains(&name) { format!("rod.{name}") } else { name.to_string() };
         // Pairs of natural bending are lists of one component each.
