@@ -14,7 +14,7 @@
 //! with a standard error, at the listed size, the largest bias in standard errors first. Entries without a response, or
 //! with one above [`LARGEST_CHANGE`] on the scale of the parameter, are left out. [`EffectPosterior`] has likelihood,
 //! posterior and response of one effect; `relinearize` replaces them. `is_large` is the criterion above, and
-//! `largest_change` the largest change of a parameter on its scale by the listed size. [`Posterior::new`] returns most
+//! `largest_change` the largest change of a parameter on its scale by the listed size. [`SizePosterior::new`] returns most
 //! probable and listed size from a likelihood (none: the prior alone).
 //!
 //! `Likelihood` is that of the size of an effect, `EffectResponse` the response of the parameters per plausible size,
@@ -58,14 +58,14 @@ pub(crate) struct Likelihood {
 
 /// Posterior of the size of an effect, in units of its plausible size.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Posterior {
+pub(crate) struct SizePosterior {
     /// Most probable size.
     pub mode: f64,
     /// Size that is exceeded in absolute value with a probability of 5 %; with the sign of the most probable size.
     pub limit: f64,
 }
 
-impl Posterior {
+impl SizePosterior {
     /// Most probable and listed size of an effect. The density of the size `a` is that of the prior, `(1 +
     /// a^2/4)^(-5/2)`, times the normal one of the `likelihood` if the data determine the size. The density is summed
     /// over [`POINTS`] equal parts of a range. The range reaches [`FARTHEST`] standard errors beyond zero and beyond
@@ -152,7 +152,7 @@ pub(crate) struct EffectPosterior<'a> {
     /// None where the parameters follow all of the effect.
     likelihood: Option<Likelihood>,
     /// Posterior of the size.
-    posterior: Posterior,
+    posterior: SizePosterior,
     /// Response of the parameters.
     pub response: EffectResponse,
 }
@@ -166,7 +166,7 @@ impl<'a> EffectPosterior<'a> {
         likelihood: Option<Likelihood>,
         slope: Vec<Option<f64>>,
     ) -> Self {
-        let posterior = Posterior::new(likelihood, tested.effect.is_one_sided());
+        let posterior = SizePosterior::new(likelihood, tested.effect.is_one_sided());
         let response = EffectResponse { about: 0.0, moved: vec![Some(0.0); slope.len()], slope };
         Self { tested, likelihood, posterior, response }
     }
@@ -188,7 +188,7 @@ impl<'a> EffectPosterior<'a> {
         relinearize: impl FnOnce(f64) -> Result<Relinearization, Error>,
     ) -> Result<(), Error> {
         let Relinearization { likelihood, response } = relinearize(self.posterior.mode)?;
-        self.posterior = Posterior::new(Some(likelihood), self.tested.effect.is_one_sided());
+        self.posterior = SizePosterior::new(Some(likelihood), self.tested.effect.is_one_sided());
         (self.likelihood, self.response) = (Some(likelihood), response);
         Ok(())
     }
@@ -254,14 +254,14 @@ mod tests {
 
     /// Listed size of an effect by data with this likelihood.
     fn limit(estimate: f64, std_error: f64, is_one_sided: bool) -> f64 {
-        Posterior::new(Some(Likelihood { estimate, std_error }), is_one_sided).limit
+        SizePosterior::new(Some(Likelihood { estimate, std_error }), is_one_sided).limit
     }
 
     /// Student's t with four degrees of freedom is within 2.776 with 95 %, whichever of its sides are allowed.
     #[test]
     fn posterior_without_data_is_the_prior() {
         for is_one_sided in [false, true] {
-            let limit = Posterior::new(None, is_one_sided).limit;
+            let limit = SizePosterior::new(None, is_one_sided).limit;
             assert!((limit.abs() - 2.776).abs() < 0.05, "{limit}");
         }
         assert!((limit(0.0, 1e6, false).abs() - 2.776).abs() < 0.05);
@@ -281,7 +281,8 @@ mod tests {
     /// Ten plausible sizes that the data determine to one shrink by less than a twentieth.
     #[test]
     fn precise_data_shrink_ten_plausible_sizes_by_less_than_a_twentieth() {
-        let posterior = Posterior::new(Some(Likelihood { estimate: 10.0, std_error: 1.0 }), false);
+        let posterior =
+            SizePosterior::new(Some(Likelihood { estimate: 10.0, std_error: 1.0 }), false);
         assert!((9.4..9.7).contains(&posterior.mode), "{posterior:?}");
         assert!(posterior.limit > 11.0);
     }
