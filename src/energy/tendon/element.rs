@@ -137,11 +137,13 @@ where
             }
             (Chart::Plane { across, .. }, _) => {
                 let tendon = PlanarTendon::new(&part, tension, *across, sized(q));
-                write(tendon.tangent(), to);
+                let (gradient, hessian) = tendon.tangent();
+                write(gradient, hessian, to);
             }
             (Chart::Space { .. }, _) => {
                 let tendon = SpatialTendon::new(&part, tension, site.frames, sized(q));
-                write(tendon.tangent(), to);
+                let (gradient, hessian) = tendon.tangent();
+                write(gradient, hessian, to);
             }
         }
     }
@@ -149,9 +151,9 @@ where
 
 /// Writes gradient and Hessian by `Q` unknowns to the first entries of `to`.
 #[inline]
-fn write<D: Copy, const Q: usize>(from: ([D; Q], [[D; Q]; Q]), to: &mut OwnLocal<D>) {
-    to.0[..Q].copy_from_slice(&from.0);
-    for (to, row) in to.1.iter_mut().zip(&from.1) {
+fn write<D: Copy, const Q: usize>(gradient: [D; Q], hessian: [[D; Q]; Q], to: &mut OwnLocal<D>) {
+    to.0[..Q].copy_from_slice(&gradient);
+    for (to, row) in to.1.iter_mut().zip(&hessian) {
         to[..Q].copy_from_slice(row);
     }
 }

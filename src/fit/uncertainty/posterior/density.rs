@@ -45,12 +45,19 @@ impl BlockNoise {
     }
 }
 
+/// Residuals of one measurement, or those of all priors.
+struct ResidualBlock {
+    /// Their places among all residuals.
+    rows: Range<usize>,
+    noise: BlockNoise,
+}
+
 /// Log posterior density of the unknowns on their scales.
 pub(crate) struct PosteriorDensity<'a> {
     residuals: Residuals,
     unknowns: &'a [Unknown],
     /// Noise of each block of residuals, in their order; that of the priors is last.
-    blocks: Vec<(Range<usize>, BlockNoise)>,
+    blocks: Vec<ResidualBlock>,
 }
 
 impl<'a> PosteriorDensity<'a> {
@@ -72,9 +79,10 @@ impl<'a> PosteriorDensity<'a> {
                 }
             };
             first = rows.end;
-            blocks.push((rows, noise));
+            blocks.push(ResidualBlock { rows, noise });
         }
-        blocks.push((first..fitted.optimum.residuals.len(), BlockNoise::Known { scale: 1.0 }));
+        let rows = first..fitted.optimum.residuals.len();
+        blocks.push(ResidualBlock { rows, noise: BlockNoise::Known { scale: 1.0 } });
         Ok(Self { residuals: search.all_residuals()?, unknowns: search.unknowns, blocks })
     }
 
@@ -82,8 +90,7 @@ impl<'a> PosteriorDensity<'a> {
     /// Error: a simulation fails.
     pub fn evaluate(&self, x: &[f64], gradient: &mut [f64]) -> Result<f64, Error> {
         gradient.fill(0.0);
-        let is_unit =
-            |(_, noise): &(Range<usize>, BlockNoise)| *noise == BlockNoise::Known { scale: 1.0 };
+        let is_unit = |own: &ResidualBlock| own.noise == BlockNoise::Known { scale: 1.0 };
         let mut value = 0.0;
         if self.blocks.iter().all(is_unit) {
             // The objective of the search itself, whose gradient may be by the adjoint.
@@ -94,7 +101,7 @@ impl<'a> PosteriorDensity<'a> {
             // The Jacobian first: the residuals of the same evaluation cost no simulation.
             let rows = self.residuals.jacobian_at(x)?;
             let residuals = self.residuals.residuals(x)?;
-            for (range, noise) in &self.blocks {
+            for ResidualBlock { rows: range, noise } in &self.blocks {
                 let own = &residuals[range.clone()];
                 let [likelihood, factor] = noise.log_likelihood(square_of(own));
                 value += likelihood;
@@ -119,7 +126,7 @@ impl<'a> PosteriorDensity<'a> {
         let rows = self.residuals.jacobian_at(x)?;
         let residuals = self.residuals.residuals(x)?;
         let mut sum = DMatrix::zeros(x.len(), x.len());
-        for (range, noise) in &self.blocks {
+        for ResidualBlock { rows: range, noise } in &self.blocks {
             let [_, factor] = noise.log_likelihood(square_of(&residuals[range.clone()]));
             for row in &rows[range.clone()] {
                 for (i, a) in row.iter().enumerate() {
