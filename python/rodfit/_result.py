@@ -193,7 +193,7 @@ class FitResult:
         text = self._native.draws()
         if text is None:
             raise refused("posterior", "no draws in this result", 'a result of solve(posterior={"draws": 1000})')
-        return pandas.read_csv(io.StringIO(text))
+        return pandas.read_csv(io.StringIO(text), float_precision="round_trip")
 
     def report(self, path: str | os.PathLike[str] = "fit.html", title: str | None = None) -> None:
         """Writes the HTML page of the command's ``--report``."""

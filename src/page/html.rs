@@ -9,7 +9,7 @@
 //!   are an empty string, so that a page leaves them out.
 //! - `no_data` is a paragraph with the reason why data are missing.
 //! - `with_explanation` converts a message. If that ends with a known code in brackets, a click on it unfolds the
-//! explanation of the code.
+//!   explanation of the code.
 //! - `escaped`, `capitalized` (first letter) and `percent_encoded` (for links) convert text.
 
 use crate::code::explained;

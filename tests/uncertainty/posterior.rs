@@ -28,6 +28,27 @@ fn report(count: usize, analysis: Analysis) -> FitReport {
     fit_with(&scene, &data, &[Parameter::YoungsModulus, Parameter::DampingMass], analysis)
 }
 
+/// Without bounds and prior, a damping that the data do not determine has no posterior: a density that is flat in its
+/// logarithm stays above zero at zero damping. With bounds it has one.
+#[test]
+fn undetermined_damping_has_a_posterior_only_with_bounds() {
+    let scene = small();
+    let data = noisy(&observe(&scene, 40), 5e-2, 3);
+    let solve = |damping: Unknown| {
+        let fit = Fit::new(&scene.problem().unwrap()).observe(data.clone());
+        let fit = fit.identify(Unknown::new(Parameter::YoungsModulus).bounds(1e7, 1e9));
+        fit.identify(damping).analyse(sampled(60, 1)).solve().unwrap()
+    };
+    let damping = Unknown::new(Parameter::DampingMass).start(2.0);
+    let without = solve(damping.clone());
+    assert!(without.parameters.iter().all(|own| own.posterior.is_none()), "{without}");
+    assert!(without.warnings.iter().any(|own| own.contains("no posterior distribution")));
+    let within = solve(damping.bounds(0.1, 20.0));
+    let posterior = within.parameters[1].posterior.as_ref().unwrap();
+    let [low, high] = posterior.interval95;
+    assert!(0.1 <= low && low < high && high <= 20.0, "{within}");
+}
+
 /// Mean and standard deviation of a nearly linear model are those of the linear interval, within Monte Carlo errors of
 /// about 3 % and a part of the standard error.
 #[test]

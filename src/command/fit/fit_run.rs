@@ -48,6 +48,10 @@ pub(super) struct FitRun {
     draws: Option<Output>,
     /// Whether to refit with effects that may explain the residuals.
     extends: bool,
+    /// Whether the options request a Monte Carlo.
+    has_monte_carlo_option: bool,
+    /// Whether the options request a posterior distribution.
+    has_posterior_option: bool,
 }
 
 impl FitRun {
@@ -87,7 +91,18 @@ impl FitRun {
             return Err(Error::invalid("--draws", "without a posterior distribution", allowed));
         }
         let (path, extends) = (path.into(), options.extend);
-        Ok(Self { path, name, file, outputs, global, saved_scenes, draws, extends })
+        Ok(Self {
+            path,
+            name,
+            file,
+            outputs,
+            global,
+            saved_scenes,
+            draws,
+            extends,
+            has_monte_carlo_option: options.monte_carlo.is_some_and(|count| count > 0),
+            has_posterior_option: options.posterior.is_some(),
+        })
     }
 
     /// Paths of all files that the fit reads: its scenes, recordings and data, and the fit file last. Outputs must
@@ -116,6 +131,7 @@ impl FitRun {
     /// grade), or that of an output that cannot be written.
     fn solve_parameters(mut self, stop: &Arc<AtomicBool>) -> Result<SolvedFit, Error> {
         let (plots, global) = (self.outputs.has_page(), self.global);
+        let has_draws_file = self.draws.is_some();
         let solve = |file: &FitFile| solve(file, plots, stop.clone(), global);
         let mut report = solve(&self.file)?;
         // Residuals of an interrupted fit are not those of an optimum.
@@ -132,13 +148,19 @@ impl FitRun {
         if let Some(draws) = &report.posterior_draws {
             saved.push(self.outputs.write(self.draws, || Ok(draws.to_csv().into_bytes())));
         }
-        let code = if report.is_success() { 0 } else { 3 };
+        let lacks_draws = has_draws_file && report.posterior_draws.is_none();
+        let code = if report.is_success() && !lacks_draws { 0 } else { 3 };
         let page = || page::fit_page(&report, &title);
         let summary = report.summary().with_subject(&title);
         let written = self.outputs.finish(code, &report, Some(&page), &summary);
-        if code != 0 {
+        if !report.is_success() {
             let grade = report.grade.code();
             terminal::print_note(format_args!("error: {} [{grade}]", report.status));
+        }
+        if lacks_draws {
+            terminal::print_note(
+                "error: --draws: there is no posterior distribution, and no file was written",
+            );
         }
         let (line, summary) = (report.in_a_line(), Some(FitSummary::new("", &report)));
         Ok(SolvedFit { code: conclude(written, saved), line, summary })
@@ -154,7 +176,8 @@ impl FitRun {
             ("--save", !self.saved_scenes.is_empty()),
             ("--draws", self.draws.is_some()),
             ("--known", !self.file.knowns.is_empty()),
-            ("--monte-carlo", self.file.analysis.monte_carlo > 0),
+            ("--monte-carlo", self.has_monte_carlo_option),
+            ("--posterior", self.has_posterior_option),
         ];
         if let Some((option, _)) = excluded.into_iter().find(|(_, is_given)| *is_given) {
             let found = "with validation data only, to which nothing is fitted";

@@ -8,7 +8,7 @@
 //! scale), for profile likelihoods; the journal stays. [`Fitted::without_undetermined`] holds the given unknowns, those
 //! that the data do not determine, at their values. It fits the others, and replaces the minimum in the journal. Failed
 //! fits, and scenes that do not allow the values, are errors. `leverage_weight` is the weight of a residual in the
-//! search, `leverage_weighted` the residuals of a measurement times these.
+//! search.
 
 use crate::error::Error;
 use crate::fit::measurement::Measurement;
@@ -54,12 +54,6 @@ impl Search<'_> {
     /// index.
     pub fn leverage_weight(&self, row: usize) -> f64 {
         self.leverage_weights.get(row).copied().unwrap_or(1.0)
-    }
-
-    /// The residuals of a measurement times their leverage weights, in their order; in units of sigma.
-    pub fn leverage_weighted(&self, own: &MeasuredResiduals) -> Vec<f64> {
-        let pairs = own.rows.clone().zip(own.residuals);
-        pairs.map(|(row, r)| self.leverage_weight(row) * r).collect()
     }
 
     /// Every measurement of all experiments in their order, with its index, sigma, its part of the optimum's residuals

@@ -275,6 +275,10 @@ pub(crate) fn assess(
         );
         posterior_draws =
             add_posterior(&mut estimates, explained, &local, &correction, analysis, &mut warnings);
+    } else if analysis.posterior.is_some() {
+        let text =
+            "no posterior distribution: the fit did not converge, or a direction is not determined";
+        warnings.add(Severity::Note, Code::NoPosterior, text);
     }
     // GUM: contributions of noise, inputs and discretization to each estimate.
     let inputs = BudgetInputs {

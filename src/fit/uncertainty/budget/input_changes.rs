@@ -163,20 +163,18 @@ pub(crate) fn unstated_inputs(search: &Search, knowns: &[Known]) -> Vec<InputCha
             let is_input = is_below(path, &INPUT_PATHS)
                 && !is_below(path, &DIRECTION_PATHS)
                 && !(parameter.is_of_structure() && PLACES.iter().any(|own| path.contains(own)));
-            if !is_input
-                || parameter.of(problem.scene()).is_none_or(|value| value == 0.0)
-                || numbers.contains(&parameter)
-                || is_stated(parameter, experiment)
-                || problem.check_parameter(parameter).is_err()
-            {
-                continue;
-            }
             // One per cent of a vector is one per cent of each component.
             let vector = [".x", ".y", ".z"].iter().find_map(|c| path.strip_suffix(c));
             let source = vector.unwrap_or(path);
             // The components of a vector that has begun are completed.
             let is_new = changes.iter().all(|change| change.source != source);
-            if is_new && numbers.len() >= MOST_NUMBERS {
+            if !is_input
+                || is_new && numbers.len() >= MOST_NUMBERS
+                || parameter.of(problem.scene()).is_none_or(|value| value == 0.0)
+                || numbers.contains(&parameter)
+                || is_stated(parameter, experiment)
+                || problem.check_parameter(parameter).is_err()
+            {
                 continue;
             }
             numbers.push(parameter);

@@ -29,7 +29,7 @@ use crate::fit::uncertainty::covariance::local_analysis::LocalAnalysis;
 use crate::fit::uncertainty::discretization::bias::{BiasPart, DiscretizationBias};
 use crate::fit::uncertainty::warning_list::{Severity, Warnings};
 use crate::fit::unknown::Unknown;
-use crate::scene::Parameter;
+use crate::scene::{Parameter, Scene};
 
 /// Ratios of coarser to own element or step sizes, in the order of the trials, where the scene gives the mesh or the
 /// step. The runs for mesh and step together cost one simulation at twice the sizes, and 1.3 at 1.5 times. With the
@@ -102,7 +102,7 @@ fn on_other_mesh(
     let mut fewer = coarser_ratios(is_chosen).iter().map(|ratio| (own / ratio).round());
     let segments = match fewer.find(|fewer| coarser && *fewer >= needed) {
         // Markers along a rod are at its nodes: the next mesh has a node between any two.
-        _ if scene.supports.path.is_some() => 2.0 * own,
+        _ if scene.supports.path.is_some() || has_recording(scene) => 2.0 * own,
         Some(fewer) => fewer,
         None => (own * FINER).round(),
     };
@@ -115,6 +115,11 @@ fn on_other_mesh(
     };
     let error_ratio = Extrapolation { ratio: segments / own, order }.error_before();
     Ok(Some(OtherNumerics { experiment: experiment.with_problem(other), error_ratio }))
+}
+
+/// Whether ends of the structure of a `scene` follow a recording, whose markers must be at nodes.
+fn has_recording(scene: &Scene) -> bool {
+    scene.structure.as_ref().is_some_and(|structure| structure.recording.is_some())
 }
 
 /// The experiment with another step, and the factor of the extrapolation. If `coarser` and the scheme is implicit, the

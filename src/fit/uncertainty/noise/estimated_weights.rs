@@ -45,7 +45,9 @@ pub(crate) fn information_with_estimated_weights(
     let information = |own: MeasuredResiduals| {
         let first = own.rows.start;
         let jacobian = DMatrix::from_fn(own.rows.len(), n, |a, j| rows[first + a][j]);
-        let free = own.rows.len() as f64 * own.measurement.free_share() * (1.0 - used);
+        // A value with the weight w of growing sensitivities counts as w^2 values.
+        let values: f64 = own.rows.clone().map(|row| search.growth_weight(row).powi(2)).sum();
+        let free = values * own.measurement.free_share() * (1.0 - used);
         EstimatedInformation {
             measurement: own.index,
             normal: jacobian.tr_mul(&jacobian),

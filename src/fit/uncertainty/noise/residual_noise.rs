@@ -8,12 +8,12 @@
 //!
 //! A robust loss `rho` with `psi = rho'/2` reduces the information of every value to `(mean psi')^2/mean psi^2`, with
 //! Huber's correction for the number of unknowns. A rise of twice the misfit then has the scale `sum psi^2/sum psi'`
-//! (Huber 1981). Both are at the residuals times their leverage weights, as in the misfit. The weight of a row is the
-//! root of this information (1 for squares and for priors) times its leverage weight.
+//! (Huber 1981). The weight of a row is the root of this information (1 for squares and for priors) times its leverage
+//! weight.
 //!
 //! [`ResidualNoise::new`] computes variance, degrees of freedom and weights at an optimum, the basis of covariance and
 //! intervals. [`residual_rms`] and [`loss_effects`] are entries of the report. [`weighted_rows`] and
-//! [`weighted_residuals`] are the Jacobian and the residuals (`psi(w r)/w`) times these weights. [`misfit_slopes`] and
+//! [`weighted_residuals`] are the Jacobian and the residuals (`psi`) times these weights. [`misfit_slopes`] and
 //! [`score_covariance`] are the derivatives of the misfit by the residuals, and the covariance of its gradient by the
 //! unknowns.
 
@@ -51,9 +51,9 @@ impl ResidualNoise {
     /// unknown arc lengths. Weights `w` of growing sensitivities lower them by the sum of `1 - w^2`. With such weights
     /// or arc lengths they are at least 1. The variance is 1 if all sigmas are stated, or where the weights depend on
     /// the fit, as sigma is then estimated before. The misfit scale is the variance, or `sum psi^2/sum psi'` over all
-    /// residuals of measurements, times their leverage weights, if any loss is robust. The weight of a row is the root
-    /// of the information of its loss times the entry of the row in the leverage weights of the search. The root is one
-    /// number for all rows of a measurement, and 1 for priors.
+    /// measured values if any loss is robust. The weight of a row is the root of the information of its loss times the
+    /// entry of the row in the leverage weights of the search. The root is one number for all rows of a measurement,
+    /// and 1 for priors.
     pub fn new(fitted: Fitted) -> Self {
         let Fitted { search, optimum } = fitted;
         let total = optimum.residuals.len();
@@ -75,14 +75,14 @@ impl ResidualNoise {
         // Weights by the losses; the sums are those of the misfit scale.
         let mut weights = Vec::with_capacity(total);
         let (mut sum_of_slopes, mut sum_of_squares) = (0.0, 0.0);
-        for own in fitted.measured() {
-            let (loss, residuals) = (own.measurement.loss(), search.leverage_weighted(&own));
+        for MeasuredResiduals { measurement, residuals, .. } in fitted.measured() {
+            let loss = measurement.loss();
             // Each measurement has its share of the fitted unknowns.
             let share = search.unknowns.len() * residuals.len() / total;
-            let weight = loss.information(&residuals, share).sqrt();
+            let weight = loss.information(residuals, share).sqrt();
             weights.extend(std::iter::repeat_n(weight, residuals.len()));
             for r in residuals {
-                let [psi, slope] = loss.influence(r);
+                let [psi, slope] = loss.influence(*r);
                 sum_of_slopes += slope;
                 sum_of_squares += psi * psi;
             }
@@ -107,27 +107,17 @@ pub(crate) fn weighted_rows(rows: &[Vec<f64>], weights: &[f64]) -> Vec<Vec<f64>>
     rows.iter().zip(weights).map(scaled).collect()
 }
 
-/// `psi(w r)/w` of the residual `r` with the leverage weight `w`, where `psi` is half the derivative of the loss. Times
-/// the squared weight it is the derivative of the misfit by the residual. For squares it is `r`.
-fn bounded_residual(loss: Loss, w: f64, r: f64) -> f64 {
-    match loss.is_robust() && w > 0.0 {
-        true => loss.influence(w * r)[0] / w,
-        false => r,
-    }
+/// `psi(r)`, half the derivative of the loss `rho`, of each of the `residuals` of a measurement, in their order.
+fn influences(loss: Loss, residuals: &[f64]) -> impl Iterator<Item = f64> {
+    residuals.iter().map(move |r| loss.influence(*r)[0])
 }
 
-/// `psi(w r)/w` of all residuals in their order, with the leverage weights `w`, each times the weight of its row, which
-/// contains `w`. For squares and priors `psi(w r)/w` is the residual.
+/// `psi` of all residuals in their order, those of priors as they are, each times the weight of its row. For squares
+/// `psi` is the residual.
 pub(crate) fn weighted_residuals(fitted: Fitted, noise: &ResidualNoise) -> DVector<f64> {
-    let Fitted { search, optimum } = fitted;
-    let all = &optimum.residuals;
-    let mut weighted: Vec<f64> = Vec::with_capacity(all.len());
-    for MeasuredResiduals { measurement, residuals, rows, .. } in fitted.measured() {
-        let loss = measurement.loss();
-        let pairs = rows.zip(residuals);
-        weighted
-            .extend(pairs.map(|(row, r)| bounded_residual(loss, search.leverage_weight(row), *r)));
-    }
+    let all = &fitted.optimum.residuals;
+    let own = fitted.measured().flat_map(|own| influences(own.measurement.loss(), own.residuals));
+    let mut weighted: Vec<f64> = own.collect();
     weighted.extend_from_slice(&all[weighted.len()..]);
     weighted.iter_mut().zip(&noise.weights).for_each(|(r, w)| *r *= w);
     weighted.into()
@@ -140,14 +130,13 @@ pub(crate) fn misfit_slopes(residuals: &Residuals, optimum: &Optimum) -> Vec<f64
 }
 
 /// Covariance of the gradient of the misfit by the unknowns on their scales: the sum of `w^2 m j j'` over the
-/// unweighted rows `j` of the Jacobian, with the leverage weight `w` of the row. Here `m` is the mean of `psi(w r)^2`
-/// over the measurement of the row (1 for priors).
+/// unweighted rows `j` of the Jacobian. Here `m` is the mean of `psi^2` over the measurement of the row (1 for priors),
+/// and `w` the leverage weight of the row.
 pub(crate) fn score_covariance(fitted: Fitted) -> DMatrix<f64> {
     let Fitted { search, optimum } = fitted;
     let mut squares = Vec::with_capacity(optimum.residuals.len());
-    for own in fitted.measured() {
-        let (loss, residuals) = (own.measurement.loss(), search.leverage_weighted(&own));
-        let sum: f64 = residuals.iter().map(|r| loss.influence(*r)[0].powi(2)).sum();
+    for MeasuredResiduals { measurement, residuals, .. } in fitted.measured() {
+        let sum: f64 = influences(measurement.loss(), residuals).map(|psi| psi.powi(2)).sum();
         // A single value does not estimate its own variance: all values of a measurement share one mean of psi^2.
         let mean = sum / residuals.len().max(1) as f64;
         squares.extend(std::iter::repeat_n(mean, residuals.len()));
@@ -242,25 +231,4 @@ pub(crate) fn loss_effects(fitted: Fitted, noise: &ResidualNoise) -> Vec<LossEff
         }
     }
     effects
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::fit::measurement::loss::WeightedLoss;
-    use approx::assert_relative_eq;
-
-    /// The squared leverage weight times the bounded residual is the derivative of the misfit, `w psi(w r)`. A residual
-    /// of 5 sigma with the weight 0.2 is within the scale of Huber's loss, and is not bounded.
-    #[test]
-    fn bounded_residual_times_squared_weight_is_the_misfit_slope() {
-        for loss in [Loss::Squares, Loss::Huber, Loss::SoftL1, Loss::Cauchy] {
-            for (weight, r) in [(1.0, 5.0), (0.2, 5.0), (0.2, -40.0)] {
-                let slope = WeightedLoss { loss, weight }.influence(r);
-                let found = weight * weight * bounded_residual(loss, weight, r);
-                assert_relative_eq!(found, slope, max_relative = 1e-14);
-            }
-        }
-        assert_relative_eq!(bounded_residual(Loss::Huber, 0.2, 5.0), 5.0, max_relative = 1e-14);
-    }
 }

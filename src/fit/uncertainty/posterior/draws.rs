@@ -32,7 +32,7 @@ impl PosteriorDraws {
     /// digits, and `lp`, the log posterior density.
     pub fn to_csv(&self) -> String {
         let quoted = |name: &String| format!("\"{}\"", name.replace('"', "\"\""));
-        let is_plain = |name: &&String| !name.contains([',', '"', '\n']);
+        let is_plain = |name: &&String| !name.contains([',', '"', '\n', '\r']);
         let column = |name| Some(name).filter(is_plain).map_or_else(|| quoted(name), String::clone);
         let names: Vec<String> = self.names.iter().map(column).collect();
         let mut text = format!("chain,draw,{},lp\n", names.join(","));

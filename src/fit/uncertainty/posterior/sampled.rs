@@ -5,11 +5,12 @@
 //! by mesh and step as the estimates are, and converted to the units of the parameters. Output is a
 //! [`SampledPosterior`]: one summary per unknown, and all draws. R-hat above [`LARGEST_R_HAT`], fewer than
 //! [`FEWEST_EFFECTIVE`] effective draws and divergences are a warning. Autocorrelated noise is another one, as the
-//! likelihood is that of white noise. There is no posterior, with a note, where it cannot be normalized: an unknown
-//! that the data bound from one side only, without bounds or prior.
+//! likelihood is that of white noise. There is no posterior, with a note, where it cannot be normalized: with an
+//! unknown without bounds and prior whose logarithm the data do not determine, and with a measurement without sigma
+//! that has no more values than there are unknowns.
 
 use crate::code::Code;
-use crate::fit::search::fitted::Fitted;
+use crate::fit::search::fitted::{Fitted, MeasuredResiduals};
 use crate::fit::uncertainty::covariance::local_analysis::LocalAnalysis;
 use crate::fit::uncertainty::discretization::bias::DiscretizationBias;
 use crate::fit::uncertainty::posterior::density::PosteriorDensity;
@@ -28,6 +29,9 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 const LARGEST_R_HAT: f64 = 1.01;
 /// Fewest effective draws of a usable sample, 100 for each of four chains (Vehtari et al. 2021).
 const FEWEST_EFFECTIVE: f64 = 400.0;
+/// Largest standard deviation of the logarithm of an unknown without bounds and prior. At zero the density is then
+/// `e^-18` of the largest one, less than one draw of any sample.
+const LARGEST_DEVIATION: f64 = 1.0 / 6.0;
 /// Number of draws, of all chains, between two reports of progress.
 const REPORTED_DRAWS: usize = 100;
 /// Standard error with autocorrelated noise over that without, above which the posterior is too narrow.
@@ -64,8 +68,22 @@ pub(crate) fn sampled_posterior(
     };
     if let Some(unknown) = improper(fitted, local) {
         missing(&format!(
-            "the data bound {unknown} from one side only, and a prior that is flat in its logarithm has no finite \
-             integral. Give bounds or a prior"
+            "the data do not exclude that {unknown} is many times smaller or larger, and a prior that is flat in its \
+             logarithm has no finite integral. Give bounds or a prior"
+        ));
+        return None;
+    }
+    let count = search.unknowns.len();
+    let has_few = |own: &MeasuredResiduals| {
+        let is_integrated =
+            own.measurement.sigma().is_none() && !own.measurement.loss().is_robust();
+        is_integrated && own.rows.len() <= count + own.measurement.fitted_nuisances()
+    };
+    if let Some(own) = fitted.measured().find(has_few) {
+        missing(&format!(
+            "a measurement has {} values, which {count} parameters can fit without an error, so that its noise has no \
+             lower limit. State sigma",
+            own.rows.len()
         ));
         return None;
     }
@@ -92,7 +110,10 @@ pub(crate) fn sampled_posterior(
         return None;
     };
     warn_of_quality(&draws.names, &summaries, warnings);
-    if local.correlations.inflation.iter().any(|factor| *factor > LARGEST_INFLATION) {
+    // Errors of estimated weights inflate too, and are no correlation.
+    let is_correlated = local.correlations.series.iter().any(|series| series.is_correlated);
+    let inflation = local.correlations.inflation.iter().copied().fold(1.0, f64::max);
+    if is_correlated && inflation > LARGEST_INFLATION {
         let text = "the posterior distribution is too narrow: its likelihood is that of white noise, and the \
                     residuals are autocorrelated. Use the standard errors, which include the correlation";
         warnings.add(Severity::Note, Code::PosteriorTooNarrow, text);
@@ -100,17 +121,19 @@ pub(crate) fn sampled_posterior(
     Some(SampledPosterior { summaries, draws })
 }
 
-/// An unknown whose posterior has no finite integral: the data bound it from one side only, and it has neither two
-/// bounds nor a prior.
+/// An unknown whose posterior has no finite integral, or a tail that a sample reaches: it has neither two bounds nor a
+/// prior, and the data bound it from one side only or determine its logarithm to more than [`LARGEST_DEVIATION`].
 fn improper<'a>(fitted: Fitted<'a>, local: &LocalAnalysis) -> Option<&'a Unknown> {
     let is_open = |unknown: &Unknown| {
         unknown.prior.is_none() && unknown.scaled_bounds().iter().any(|end| end.is_infinite())
     };
-    let mut pairs = fitted.search.unknowns.iter().zip(&local.bounds);
-    let found = pairs.find(|(unknown, bound)| {
-        bound.is_some_and(|bound| bound.is_one_sided()) && is_open(unknown)
+    let is_wide = |j: usize| local.covariance.deviation[j].is_none_or(|sd| sd > LARGEST_DEVIATION);
+    let mut pairs = fitted.search.unknowns.iter().zip(&local.bounds).enumerate();
+    let found = pairs.find(|(j, (unknown, bound))| {
+        let is_one_sided = bound.is_some_and(|bound| bound.is_one_sided());
+        is_open(unknown) && (is_one_sided || unknown.is_logarithm() && is_wide(*j))
     });
-    found.map(|(unknown, _)| unknown)
+    found.map(|(_, (unknown, _))| unknown)
 }
 
 /// Chain `number` in the units of the parameters. `done` counts the draws of all chains, for reports of progress. None

@@ -177,15 +177,12 @@ mod tests {
     fn sampler_recovers_moments_of_a_gaussian() {
         let found = chains(false);
         assert_eq!(found.iter().map(|chain| chain.divergences).sum::<usize>(), 0);
-        let moments: [(fn(&[f64]) -> f64, f64); 5] = [
-            (|x| x[0], MEAN[0]),
-            (|x| x[1], MEAN[1]),
-            (|x| (x[0] - MEAN[0]).powi(2), 1.0),
-            (|x| (x[1] - MEAN[1]).powi(2), 2.0),
-            (|x| (x[0] - MEAN[0]) * (x[1] - MEAN[1]), 0.5),
-        ];
-        for (k, (moment, expected)) in moments.into_iter().enumerate() {
-            let of = |chain: &SampledChain| chain.draws.iter().map(|x| moment(x)).collect();
+        let moments = |x: &Vec<f64>| {
+            let [a, b] = [x[0] - MEAN[0], x[1] - MEAN[1]];
+            [x[0], x[1], a * a, b * b, a * b]
+        };
+        for (k, expected) in [MEAN[0], MEAN[1], 1.0, 2.0, 0.5].into_iter().enumerate() {
+            let of = |chain: &SampledChain| chain.draws.iter().map(|x| moments(x)[k]).collect();
             let values: Vec<Vec<f64>> = found.iter().map(of).collect();
             let quality = Diagnostics::new(&values).unwrap();
             let mean = values.concat().iter().sum::<f64>() / 8000.0;
