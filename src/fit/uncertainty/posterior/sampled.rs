@@ -124,8 +124,10 @@ pub(crate) fn sampled_posterior(
 /// An unknown whose posterior has no finite integral, or a tail that a sample reaches: it has neither two bounds nor a
 /// prior, and the data bound it from one side only or determine its logarithm to more than [`LARGEST_DEVIATION`].
 fn improper<'a>(fitted: Fitted<'a>, local: &LocalAnalysis) -> Option<&'a Unknown> {
+    // The limits of a parameter itself are far from any value that the data may have.
     let is_open = |unknown: &Unknown| {
-        unknown.prior.is_none() && unknown.scaled_bounds().iter().any(|end| end.is_infinite())
+        let has_limits = unknown.scaled_bounds().into_iter().all(f64::is_finite);
+        unknown.prior.is_none() && (unknown.bounds.is_none() || !has_limits)
     };
     let is_wide = |j: usize| local.covariance.deviation[j].is_none_or(|sd| sd > LARGEST_DEVIATION);
     let mut pairs = fitted.search.unknowns.iter().zip(&local.bounds).enumerate();
