@@ -84,9 +84,13 @@ impl Experiment {
     /// other loads as the scene has them. With any other measurement all loads are those of the scene. A load that the
     /// scene cannot have is left to the check of the measurement.
     pub(crate) fn set_test_loads(&mut self) {
-        let own = std::mem::take(&mut self.own_loads).into_iter();
-        if let Ok(own) = self.problem.with(own.map(|OwnLoad { load, value }| (load, value))) {
-            self.problem = own;
+        // A problem is built again only where its loads were replaced before.
+        let own = std::mem::take(&mut self.own_loads);
+        let values = own.iter().map(|OwnLoad { load, value }| (*load, *value));
+        if !own.is_empty()
+            && let Ok(restored) = self.problem.with(values)
+        {
+            self.problem = restored;
         }
         let of = |m: &Measurement| match (m.load_curve(), m.buckling()) {
             (Some(curve), _) => Some((curve.load, curve.largest_load())),
