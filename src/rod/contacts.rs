@@ -17,7 +17,7 @@ use crate::energy::edge_contact::{ContactDerivatives, EdgeContact};
 use crate::energy::overlap::{ContactPart, EdgePart};
 use crate::energy::swept_edge::passes_obstacle;
 use crate::numerics::banded::BandMatrix;
-use crate::numerics::scalar::{Nestable, Scalar};
+use crate::numerics::scalar::{RodScalar, Scalar};
 use crate::numerics::tangent::{Tangent, UnsymmetricTangent};
 use crate::numerics::vector::{Vector, components};
 use crate::scene::contact::{ContactLoss, Obstacle};
@@ -202,7 +202,7 @@ impl<D: Scalar> RodContacts<D> {
     }
 }
 
-impl<D: Nestable> RodContacts<D> {
+impl<D: RodScalar> RodContacts<D> {
     /// Whether a contact has forces that depend on the velocity.
     pub fn have_losses(&self) -> bool {
         self.list.iter().any(|contact| contact.loss.is_some())

@@ -26,7 +26,6 @@ pub mod break_points;
 pub mod camera;
 pub mod contact;
 mod drag;
-pub mod fault;
 pub mod faults;
 mod file;
 pub mod initial;
@@ -75,6 +74,7 @@ pub mod taper;
 pub mod time;
 pub mod tolerance;
 pub mod track;
+pub mod track_defect;
 pub(crate) mod validate;
 
 pub use actuation::{ActuatedStrain, Actuation, RoutePoint, Tension};
@@ -83,7 +83,6 @@ pub use break_points::BreakPoints;
 pub use camera::Camera;
 pub use contact::Contact;
 pub use drag::Drag;
-pub use fault::Fault;
 pub use faults::{LostFrames, SwappedLabels};
 pub use initial::{Initial, InitialState};
 pub use loads::{Damping, Friction, LineForce, Loads, PointForce};
@@ -114,10 +113,14 @@ pub use taper::Taper;
 pub use time::Time;
 pub use tolerance::StepTolerance;
 pub use track::Track;
+pub use track_defect::TrackDefect;
 
 #[doc(hidden)]
 #[deprecated(since = "0.2.0", note = "renamed to StepTolerance")]
 pub use tolerance::StepTolerance as Tolerance;
+#[doc(hidden)]
+#[deprecated(since = "0.2.0", note = "renamed to TrackDefect")]
+pub use track_defect::TrackDefect as Fault;
 
 use crate::error::Error;
 use crate::numerics::scalar::Scalar;

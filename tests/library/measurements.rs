@@ -1,6 +1,6 @@
 //! User-defined measurements: exact derivatives, fits together with built-in ones, and invalid points.
 
-use rodfit::fit::{Gauge, Quantity, Sight};
+use rodfit::fit::{Gauge, GaugeContext, Observable};
 use rodfit::scene::Stencil;
 use rodfit::{Fit, Parameter, Point, Problem, Scalar};
 
@@ -11,11 +11,11 @@ use crate::runs::sum;
 #[derive(Debug)]
 struct TipAngle;
 
-impl Quantity for TipAngle {
+impl Observable for TipAngle {
     fn points(&self) -> Vec<Point> {
         vec![Point::ArcLength(0.47), Point::Tip]
     }
-    fn show<D: Scalar>(&self, rod: &Sight<D>) -> D {
+    fn show<D: Scalar>(&self, rod: &GaugeContext<D>) -> D {
         let [a, b] = [0, 1].map(|i| rod.points[i].position);
         (b[1] - a[1]).atan2(b[0] - a[0])
     }
@@ -25,11 +25,11 @@ impl Quantity for TipAngle {
 #[derive(Debug)]
 struct ClampMoment;
 
-impl Quantity for ClampMoment {
+impl Observable for ClampMoment {
     fn points(&self) -> Vec<Point> {
         [0.02, 0.06, 0.1].map(Point::ArcLength).into()
     }
-    fn show<D: Scalar>(&self, rod: &Sight<D>) -> D {
+    fn show<D: Scalar>(&self, rod: &GaugeContext<D>) -> D {
         let [a, b, c] = [0, 1, 2].map(|i| rod.points[i].position);
         let heading = |p: [D; 3], q: [D; 3]| (q[1] - p[1]).atan2(q[0] - p[0]);
         let curvature = (heading(b, c) - heading(a, b)) / 0.04;
@@ -40,7 +40,7 @@ impl Quantity for ClampMoment {
 }
 
 /// A quantity of a simulated motion, as a gauge would show it.
-fn shown(problem: &Problem, quantity: &impl Quantity, time: f64) -> f64 {
+fn shown(problem: &Problem, quantity: &impl Observable, time: f64) -> f64 {
     let run = problem.simulate().unwrap();
     let step = 1e-7;
     let moving = |point: &Point| {
@@ -50,7 +50,7 @@ fn shown(problem: &Problem, quantity: &impl Quantity, time: f64) -> f64 {
         rodfit::fit::PointState { position, velocity }
     };
     let points: Vec<_> = quantity.points().iter().map(moving).collect();
-    quantity.show(&Sight { time, points: &points, scene: problem.scene() })
+    quantity.show(&GaugeContext { time, points: &points, scene: problem.scene() })
 }
 
 const TIMES: [f64; 5] = [0.013, 0.031, 0.052, 0.074, 0.095];
@@ -158,11 +158,11 @@ fn user_defined_measurement_is_fitted_with_others() {
     assert_eq!(late[..2], ["late", "other times"]);
     #[derive(Debug)]
     struct Beyond;
-    impl Quantity for Beyond {
+    impl Observable for Beyond {
         fn points(&self) -> Vec<Point> {
             vec![Point::ArcLength(0.6)]
         }
-        fn show<D: Scalar>(&self, rod: &Sight<D>) -> D {
+        fn show<D: Scalar>(&self, rod: &GaugeContext<D>) -> D {
             rod.points[0].position[0]
         }
     }
