@@ -131,6 +131,7 @@ codes! {
     ImplausibleUnits "implausible-units",
     NoGravity "no-gravity",
     CoarseCurvature "coarse-curvature",
+    LoadOnHeldNode "load-on-held-node",
     StepBeyondEnd "step-beyond-end",
     LargeStrain "large-strain",
     DeepContact "deep-contact",

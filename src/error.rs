@@ -5,15 +5,30 @@
 //! in general the time, the quantity and a remedy. The command returns exit code 2 for the first group
 //! ([`Error::is_input`]) and 3 for the second. In messages, texts from files are shortened and their control characters
 //! escaped. [`Error::invalid`] makes the error of a key or option, [`Error::io`] that of a file. Errors get their file
-//! ([`Error::in_file`]) and table ([`Error::below`]) where they are passed on. `at_key` turns a query out of range into
-//! the error of a key; `without_file` removes the file of an input that was given as text. [`ensure`] checks a
-//! condition on a value. [`none_on_failure`] replaces an error by `None`, except an interruption.
+//! ([`Error::in_file`]) and table ([`Error::below`]) where they are passed on. An input that was given as text has the
+//! path [`GIVEN_AS_TEXT`] in its folder, which no error names. `at_key` turns a query out of range into the error of a
+//! key. [`ensure`] checks a condition on a value. [`none_on_failure`] replaces an error by `None`, except an
+//! interruption.
 
 use crate::code::Code;
 use marker_files::printable::{
     clipped, io_reason, printable, printable_name, printable_path, shown, token,
 };
 use std::path::{Path, PathBuf};
+
+/// Longest number that messages have without an exponent, in characters.
+const LONGEST_NUMBER: usize = 24;
+
+/// A number with more than [`LONGEST_NUMBER`] characters with an exponent, `1e300`; other texts unchanged.
+fn with_exponent(text: String) -> String {
+    match text.parse::<f64>() {
+        Ok(number) if text.len() > LONGEST_NUMBER => format!("{number:e}"),
+        _ => text,
+    }
+}
+
+/// Name of the file of a scene, a structure or a fit that was given as text, in the folder of its paths.
+pub(crate) const GIVEN_AS_TEXT: &str = "(text)";
 
 /// `Some` value of a result, or `None` for any error but [`Error::Interrupted`]. An interruption by the user remains an
 /// error.
@@ -284,7 +299,7 @@ impl Error {
         Self::Invalid {
             file: None,
             key: key.into(),
-            found: found.to_string(),
+            found: with_exponent(found.to_string()),
             allowed: allowed.into(),
         }
     }
@@ -301,26 +316,17 @@ impl Error {
         }
     }
 
-    /// The error with the file that it comes from. Unchanged if it has a file already, if `path` is `None`, and for
-    /// kinds without such a file: only `Parse`, `Invalid` and `Io` have one.
+    /// The error with the file that it comes from. Unchanged if it has a file already, if `path` is `None` or that of
+    /// an input that was [given as text](GIVEN_AS_TEXT), and for kinds without such a file: only `Parse`, `Invalid` and
+    /// `Io` have one.
     pub(crate) fn in_file(mut self, path: Option<&Path>) -> Self {
         if let Self::Parse { file, .. }
         | Self::Invalid { file, .. }
         | Self::Io { named_in: file, .. } = &mut self
         {
             // The file nearest to the error is kept, such as a scene that a fit file names.
+            let path = path.filter(|path| !path.ends_with(GIVEN_AS_TEXT));
             *file = file.take().or_else(|| path.map(Into::into));
-        }
-        self
-    }
-
-    /// The error without the scene or fit file, if that is `path`: for inputs that were given as text.
-    pub(crate) fn without_file(mut self, path: &Path) -> Self {
-        if let Self::Parse { file, .. }
-        | Self::Invalid { file, .. }
-        | Self::Io { named_in: file, .. } = &mut self
-        {
-            file.take_if(|file| file == path);
         }
         self
     }
@@ -382,5 +388,26 @@ impl From<marker_files::Error> for Error {
             }
             other => Self::Fit(other.to_string()),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn long_numbers_have_an_exponent() {
+        for (found, expected) in [
+            (-1e300, "-1e300"),
+            (1.5e-300, "1.5e-300"),
+            (f64::MAX, "1.7976931348623157e308"),
+            (0.1 + 0.2, "0.30000000000000004"),
+            (1e7, "10000000"),
+        ] {
+            let message = Error::invalid("key", found, "less").to_string();
+            assert_eq!(message, format!("key: found {expected}, allowed: less"));
+        }
+        let text = Error::invalid("key", "a text of more than twenty-four characters", "less");
+        assert!(text.to_string().contains("twenty-four"));
     }
 }

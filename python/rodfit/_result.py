@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 NAN = float("nan")
 
 # Labels of abscissas with a unit.
-ABSCISSAS = {"time": "time, s", "arc_length": "arc length, m"}
+ABSCISSAS = {"time": "time, s", "arc_length": "arc length, m", "load": "load, N", "moment": "load, N m"}
 
 
 class Parameter:

@@ -35,7 +35,13 @@ pub fn from_value<T: DeserializeOwned>(
 fn invalid(key: &str, text: &str, error: &serde_json::Error) -> Error {
     let message = error.to_string();
     let message = message.split(" at line ").next().unwrap_or_default();
-    let allowed = message.rsplit("expected ").next().unwrap_or_default();
+    let allowed = match message.rsplit("expected ").next().unwrap_or_default() {
+        "f64" => "a number",
+        "usize" | "u64" => "a whole number, 0 or more",
+        "a sequence" => "a list",
+        "a map" => "a table",
+        allowed => allowed,
+    };
     let found = match text.char_indices().nth(MOST_QUOTED) {
         Some((end, _)) => format!("{} ..", &text[..end]),
         None => text.into(),
@@ -68,10 +74,23 @@ fn key_of<'a>(text: &str, message: &'a str) -> Option<(String, &'a str)> {
     let line: usize = position.split(", column ").next()?.parse().ok()?;
     let mut table = "";
     let mut key = "";
+    // The delimiter of a string with several lines, which may look like keys and tables.
+    let mut open: Option<&str> = None;
     for line in text.lines().take(line) {
+        if let Some(quotes) = open {
+            open = open.filter(|_| !line.contains(quotes));
+            continue;
+        }
         match line.strip_prefix('[') {
             Some(header) => (table, key) = (header.trim_matches(['[', ']']), ""),
-            None => key = line.split(" = ").next()?,
+            None => {
+                let (name, value) = line.split_once(" = ").unwrap_or((line, ""));
+                key = name;
+                let is_open = |quotes: &&str| {
+                    value.strip_prefix(*quotes).is_some_and(|rest| !rest.contains(*quotes))
+                };
+                open = ["\"\"\"", "'''"].into_iter().find(is_open);
+            }
         }
     }
     let path = [table, key].into_iter().filter(|part| !part.is_empty());

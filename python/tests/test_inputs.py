@@ -117,6 +117,13 @@ def test_numbers_that_are_not_finite_are_named(scene: rodfit.Scene) -> None:
     assert refusal(lambda: rodfit.Scene(table)).key == "material.density"
 
 
+def test_key_behind_a_text_of_several_lines_is_named(scene: rodfit.Scene) -> None:
+    table = scene.to_dict()
+    table["supports"] = {"path": {"file": "a\n[b]\nc = 1\n", "fps": "25"}}
+    error = refusal(lambda: rodfit.Scene(table))
+    assert error.key == "supports.path.fps" and "expected a number" in str(error)
+
+
 def test_arguments_of_parameters_are_checked(scene: rodfit.Scene) -> None:
     fit = rodfit.Fit(scene)
     wrong: list[tuple[str, Any]] = [("value", "1e8"), ("value", True), ("min", [1.0]), ("prior", 3.0), ("prior", (1e8,))]

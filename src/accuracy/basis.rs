@@ -29,7 +29,7 @@ pub(crate) struct ChosenMotion {
     pub error: Option<f64>,
     /// The reason why the requested error is not reached, if so.
     pub bound: Option<Bound>,
-    /// The basis of the choice; `None` if no trial run succeeded, or only ones that a later failure discarded.
+    /// The basis of the choice; `None` if no trial run succeeded.
     pub basis: Option<Basis>,
 }
 

@@ -18,8 +18,9 @@
 //! the allowed work. The step may then be reduced: to a stable one of an explicit scheme, or to resolve the motions of
 //! supports and the signals well. The estimated error, over the length, is `None` unless every part that the scene
 //! leaves open was estimated. The reason is added if the error is above the requested one or unknown. The basis for the
-//! check of the run is added, unless no run succeeded, or only ones that a later failure discarded; the numerics are
-//! then those of the last attempt.
+//! check of the run is added, unless no run succeeded; the numerics are then those of the last attempt. After a failed
+//! run with smaller steps the search begins anew. If all further runs fail, the numerics are those of the last
+//! successful run, not extrapolated, with its estimated error.
 //!
 //! Neither part is refined far without the other. Large steps damp the modes that finer edges would add, and a coarse
 //! mesh lacks the modes that smaller steps would reveal.
@@ -91,6 +92,17 @@ pub(super) struct MotionSearch<'a> {
     given_segments: Option<usize>,
     /// Number of steps, if the scene gives the step.
     given_steps: Option<usize>,
+    /// The last successful run before a failure with smaller steps; preferably one with estimated errors.
+    earlier: Option<EarlierRun>,
+}
+
+/// A successful trial run with the differences that estimate its errors, which a later failure discarded.
+struct EarlierRun {
+    trial: TrialRun,
+    /// Differences of runs by refinements of the mesh.
+    mesh: RefinementSequence,
+    /// Differences of runs by refinements of the step.
+    step: RefinementSequence,
 }
 
 impl<'a> MotionSearch<'a> {
@@ -115,6 +127,7 @@ impl<'a> MotionSearch<'a> {
             steps_at_rodas4_trial: 0,
             given_segments,
             given_steps,
+            earlier: None,
         })
     }
 
@@ -170,9 +183,15 @@ impl<'a> MotionSearch<'a> {
                         Numerics { steps: SMALL_RATIO * last.numerics.steps, ..last.numerics }
                     }
                     _ => {
+                        // It is used if all further runs fail.
+                        if let Some(trial) = last.take()
+                            && (self.earlier.is_none() || self.is_estimated())
+                        {
+                            let (mesh, step) = (self.mesh.clone(), self.step.clone());
+                            self.earlier = Some(EarlierRun { trial, mesh, step });
+                        }
                         self.mesh.clear();
                         self.step.clear();
-                        last = None;
                         self.after_failure(now, failures)
                     }
                 };
@@ -508,29 +527,32 @@ impl<'a> MotionSearch<'a> {
 
     /// The chosen numerics after the trial run `last`: those with the least work whose extrapolated error is the
     /// target, or the most accurate within the allowed work. The error is `None` if not all open parts were estimated.
-    /// Without `last` they are `tried`, the numerics of the last attempt, without error and basis. `bound` is
-    /// the reason of an early end; the result has one only if the error is above the requested one or unknown.
+    /// Without `last` they are those of the last run that a later failure discarded, with its error. Without any
+    /// successful run they are `tried`, the numerics of the last attempt, without error and basis. `bound` is the
+    /// reason of an early end; the result has one only if the error is above the requested one or unknown.
     fn conclude(
-        &self,
+        &mut self,
         last: Option<TrialRun>,
         tried: Numerics,
         bound: Option<Bound>,
     ) -> Result<ChosenMotion, Error> {
         let end = self.trials.guess.time()?.end;
+        let earlier = if last.is_none() { self.earlier.take() } else { None };
+        // Runs with smaller steps failed: the earlier run is not extrapolated.
+        let is_final = earlier.is_some();
+        let last = last.or_else(|| {
+            let EarlierRun { trial, mesh, step } = earlier?;
+            (self.mesh, self.step) = (mesh, step);
+            Some(trial)
+        });
         // No run succeeded: the last numerics are returned with no error estimate.
         let Some(trial) = last else {
             let step = end / tried.steps as f64;
             return Ok(ChosenMotion { numerics: tried, step, error: None, bound, basis: None });
         };
         let errors = self.errors();
-        let free = self.free();
-        let free = Free {
-            mesh: free.mesh && self.mesh.count() > 0,
-            step: free.step && self.step.count() > 0,
-        };
-        let is_observed = self.mesh.count() + self.step.count() > 0;
-        let is_known =
-            is_observed && [free.mesh, free.step] == [self.free().mesh, self.free().step];
+        let is_known = self.is_estimated();
+        let free = if is_final { Free { mesh: false, step: false } } else { self.estimated() };
         let basis = Basis {
             trial_work: self.trials.expected_work(trial.numerics),
             trial,
@@ -584,5 +606,35 @@ impl<'a> MotionSearch<'a> {
             step = step.min(self.scene.largest_good_step());
         }
         Ok((numerics, step))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::accuracy::InitialNumerics;
+    use crate::accuracy::calculation::Calculation;
+
+    const SCENE: &str = "accuracy = 1e-6\n[rod]\nshape = { kind = \"straight\", length = 0.5, direction = [1, 0, 0] }\nsection = { kind = \"circle\", radius = 0.005 }\n\
+        [material]\nyoungs_modulus = 1e8\ndensity = 1200.0\n[supports]\nstart = \"clamped\"\n[loads]\ngravity = [0, -9.81, 0]\n\
+        [time]\nend = 0.3\nscheme = \"generalised-alpha\"\n";
+
+    /// All runs with at least `factor` times the first number of steps fail: the numerics are those of the last
+    /// successful run. Its error is known if runs with two numbers of steps succeeded.
+    #[test]
+    fn successful_run_is_chosen_where_runs_with_smaller_steps_fail() {
+        let scene = Scene::from_toml(SCENE, ".").unwrap();
+        let first = InitialNumerics::of(&scene, Calculation::Motion).unwrap();
+        let first_steps = (0.3 / first.step - 1e-9).ceil() as usize;
+        for (factor, is_known) in [(2, false), (4, true)] {
+            let mut search = MotionSearch::new(&first.scene, first.guess.clone()).unwrap();
+            search.trials.fails_from = Some(factor * first_steps);
+            let chosen = search.choose(first.step).unwrap();
+            let run = chosen.basis.expect("a successful run").trial.numerics;
+            assert!(chosen.numerics == run && run.steps == factor / 2 * first_steps, "{run:?}");
+            assert_eq!(chosen.error.is_some(), is_known, "{:?}", chosen.error);
+            assert!(chosen.error.is_none_or(|error| error > 1e-6 && error < 1.0));
+            assert!(chosen.bound.is_some());
+        }
     }
 }

@@ -82,6 +82,9 @@ pub(super) struct TrialRuns<'a> {
     known: RefCell<Vec<(Numerics, Option<TrialRun>)>>,
     /// Work so far, edges times Newton iterations.
     pub work: Cell<f64>,
+    /// Number of steps from which on all runs fail.
+    #[cfg(test)]
+    pub fails_from: Option<usize>,
 }
 
 impl<'a> TrialRuns<'a> {
@@ -102,6 +105,8 @@ impl<'a> TrialRuns<'a> {
             guess,
             known: RefCell::default(),
             work: Cell::default(),
+            #[cfg(test)]
+            fails_from: None,
         })
     }
 
@@ -121,6 +126,12 @@ impl<'a> TrialRuns<'a> {
     pub fn run(&self, numerics: Numerics) -> Result<Option<TrialRun>, Error> {
         if let Some((_, trial)) = self.known.borrow().iter().find(|(known, _)| *known == numerics) {
             return Ok(trial.clone());
+        }
+        #[cfg(test)]
+        {
+            if self.fails_from.is_some_and(|steps| numerics.steps >= steps) {
+                return Ok(None);
+            }
         }
         let trial = self.new_run(numerics)?;
         self.known.borrow_mut().push((numerics, trial.clone()));

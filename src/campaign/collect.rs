@@ -3,10 +3,10 @@
 //! Input is a plan, whose folder has the files. Two results of one task must agree, else collection is an error. If
 //! both come from one platform, their JSON must be equal byte by byte. On two platforms they must have the same exit
 //! code and the same parameters (number, order, names and experiments). Values and standard errors must then agree to
-//! within a relative `PLATFORM_DIFFERENCE`. Of two such results the one whose JSON text is first in alphabetical order
-//! is kept. So the choice does not depend on the order of the files. Results of unplanned tasks are ignored. Damaged
-//! lines are ignored and listed; `Damage::is_torn` is true for the incomplete last line of a killed process, which is
-//! no fault.
+//! within a relative `PLATFORM_DIFFERENCE`. All results of a task are compared with each other. The one whose JSON text
+//! is first in alphabetical order is kept. So neither the choice nor an error depends on the order of the files.
+//! Results of unplanned tasks are ignored. Damaged lines are ignored and listed; `Damage::is_torn` is true for the
+//! incomplete last line of a killed process, which is no fault.
 //!
 //! Output: [`Collected`], the input of the status, the CSV table and the comparison page. `Collected::write_lines`
 //! writes a line of JSON per task with a result, sorted by id. `missing` lists tasks without one.
@@ -61,8 +61,8 @@ impl fmt::Display for Damage {
 
 impl<'a> Collected<'a> {
     /// Reads all results of a plan's tasks from its folder, one for each id, and the damaged lines. Results of other
-    /// tasks are ignored. Of two equal results the one whose JSON is first in alphabetical order is kept, and further
-    /// ones are compared with it.
+    /// tasks are ignored. All results of one task are compared with each other. The one whose JSON is first in
+    /// alphabetical order is kept.
     ///
     /// # Errors
     ///
@@ -71,19 +71,18 @@ impl<'a> Collected<'a> {
     /// of its size.
     pub fn new(plan: &'a Plan) -> Result<Self, Error> {
         let planned: HashSet<&str> = plan.tasks.iter().map(|task| &*task.id).collect();
-        let mut results: HashMap<String, StoredRecord> = HashMap::new();
+        let mut results: HashMap<String, Vec<StoredRecord>> = HashMap::new();
         let mut failure = None;
         let damaged = Store::new(&plan.folder).read(|record| {
             if failure.is_some() || !planned.contains(&*record.id) {
                 return;
             }
-            // Of equal results of two platforms always the same one is kept, in whatever order they are read.
-            let other = results.get(&record.id);
-            failure = other.and_then(|other| difference(other, &record));
-            if other.is_none_or(|other| record.result < other.result) {
-                results.insert(record.id.clone(), record);
-            }
+            failure = add_result(results.entry(record.id.clone()).or_default(), record);
         })?;
+        // Of the results of several platforms always the same one is kept, in whatever order they are read.
+        let first = |own: Vec<StoredRecord>| own.into_iter().min_by(|a, b| a.result.cmp(&b.result));
+        let results: HashMap<String, StoredRecord> =
+            results.into_iter().filter_map(|(id, own)| Some((id, first(own)?))).collect();
         let damaged = damaged.into_iter().map(Damage).collect();
         failure.map_or(Ok(Self { plan, results, damaged }), Err)
     }
@@ -123,6 +122,16 @@ impl<'a> Collected<'a> {
         }
         Ok(())
     }
+}
+
+/// Adds a result to those of its task, `own`, unless one of them has the same text. An error if it differs from any of
+/// them: two results of one platform may be near that of another platform, and differ.
+fn add_result(own: &mut Vec<StoredRecord>, record: StoredRecord) -> Option<Error> {
+    let failure = own.iter().find_map(|other| difference(other, &record));
+    if own.iter().all(|other| other.result != record.result) {
+        own.push(record);
+    }
+    failure
 }
 
 /// An error with the places of both results if two results of a task are not equal. On one platform they must be equal
@@ -175,6 +184,18 @@ mod tests {
         let result = json!({ "platform": platform, "code": 0, "report": report }).to_string();
         let context = RecordContext { wall_seconds: 0.0, host: String::new(), finished: 0.0 };
         StoredRecord { id: "7".into(), result, context, file: PathBuf::from(platform), line: 3 }
+    }
+
+    /// Two results of platform a differ by 8e-10, and both by less than 1e-9 from that of platform b.
+    #[test]
+    fn third_result_near_another_platform_is_compared_with_its_own() {
+        let all = [("a", 1.0), ("b", 1.0 + 4e-10), ("a", 1.0 + 8e-10)];
+        for order in [[0, 1, 2], [0, 2, 1], [1, 0, 2], [1, 2, 0], [2, 0, 1], [2, 1, 0]] {
+            let mut own = Vec::new();
+            let mut add = |k: usize| add_result(&mut own, result(all[k].0, all[k].1, 0.1, 1e-3));
+            let failures = order.map(|k| add(k).is_some());
+            assert!(failures.contains(&true), "{order:?}");
+        }
     }
 
     #[test]

@@ -65,35 +65,40 @@ impl ResolvedFit {
         let file = root.join(fit);
         let folder = folder_of(&file).to_path_buf();
         let mut table = read_toml(&file)?;
-        let mut keys: Vec<(Key, Value)> = Vec::new();
+        let mut keys: Vec<(&str, Key, Value)> = Vec::new();
         for (name, value) in changes {
             let key = Key::new(name)?;
             let is_file = key.names_a_file();
-            keys.push((key, if is_file { absolute(value, root) } else { value.clone() }));
+            keys.push((
+                name.as_str(),
+                key,
+                if is_file { absolute(value, root) } else { value.clone() },
+            ));
         }
         // Keys of the fit file come first: they may name other scenes.
-        for (key, value) in &keys {
+        for (_, key, value) in &keys {
             if let Key::Fit(path) = key {
                 set_value(&mut table, path, value)?;
             }
         }
         let mut scenes = fit_scenes(&mut table, &folder)?;
         // Keys of all scenes come before those of one experiment, which take precedence.
-        for (key, value) in &keys {
+        for (_, key, value) in &keys {
             if let Key::Scenes(path) = key {
                 scenes.iter_mut().try_for_each(|scene| set_value(scene.table, path, value))?;
             }
         }
-        for (key, value) in &keys {
+        for (name, key, value) in &keys {
             let Key::Scene(experiment, path) = key else { continue };
             // A name may be a number: names come before indices.
             let number: Option<usize> = experiment.parse().ok();
             let is_numbered = |scene: &FitScene| number.is_some() && scene.experiment == number;
             let named = scenes.iter().position(|scene| scene.name == *experiment);
             let index = named.or_else(|| scenes.iter().position(is_numbered)).ok_or_else(|| {
-                let key = format!("experiment.{experiment}");
-                let allowed = "the index, from 0, or the name of an [[experiment]]";
-                Error::invalid(key, "no such experiment", allowed)
+                let found = format!("\"{experiment}\", no experiment with a scene of its own");
+                let allowed =
+                    "the index, from 0, or the name of an [[experiment]] with the key scene";
+                Error::invalid(*name, found, allowed)
             })?;
             set_value(scenes[index].table, path, value)?;
         }
@@ -273,5 +278,19 @@ fn canonical_json(value: &Value) -> Json {
         Value::Boolean(is) => json!(is),
         Value::String(text) => json!(text),
         Value::Datetime(time) => json!(time.to_string()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The fit has no `[[experiment]]`; the message has the key of the change.
+    #[test]
+    fn missing_experiment_is_named_with_the_whole_key() {
+        let changes = Changes::from([("experiment.0.radius".into(), Value::Float(0.01))]);
+        let found = ResolvedFit::new(Path::new("data"), Path::new("cantilever-fit.toml"), &changes);
+        let message = found.err().unwrap().to_string();
+        assert!(message.starts_with("experiment.0.radius: found \"0\""), "{message}");
     }
 }

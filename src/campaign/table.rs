@@ -13,7 +13,7 @@ use crate::error::Error;
 use crate::input::text_cell::of_cell;
 use marker_files::file::data;
 use marker_files::printable::token;
-use marker_files::table::{csv_error, delimiter};
+use marker_files::table::{csv_error, delimiter, record_line};
 use std::path::{Path, PathBuf};
 use toml::{Table, Value};
 
@@ -32,7 +32,7 @@ pub(crate) fn table_rows(path: &Path, fits: &[PathBuf]) -> Result<Vec<CampaignRo
     let delimiter = delimiter(bytes);
     let mut reader =
         csv::ReaderBuilder::new().trim(csv::Trim::All).delimiter(delimiter).from_reader(bytes);
-    let names = reader.headers().map_err(|error| csv_error(path, error))?.clone();
+    let names = reader.headers().map_err(|error| csv_error(path, bytes, error))?.clone();
     let header: Vec<&str> = names.iter().collect();
     let error = |line: u64, message: String| Error::Data { path: path.into(), line, message };
     check_header(&header).map_err(|message| error(1, message))?;
@@ -48,8 +48,8 @@ pub(crate) fn table_rows(path: &Path, fits: &[PathBuf]) -> Result<Vec<CampaignRo
     }
     let mut all = Vec::new();
     for record in reader.records() {
-        let record = record.map_err(|error| csv_error(path, error))?;
-        let line = record.position().map_or(0, |position| position.line());
+        let record = record.map_err(|error| csv_error(path, bytes, error))?;
+        let line = record_line(bytes, record.position());
         let source = Some(TableLine { file: path.into(), line });
         let mut row = CampaignRow { source, ..CampaignRow::default() };
         for (column, cell) in header.iter().zip(&record).filter(|(_, cell)| !cell.is_empty()) {
@@ -119,4 +119,26 @@ fn cell_value(cell: &str, delimiter: u8) -> Value {
     let parsed = format!("value = {cell}").parse::<Table>().ok();
     let value = parsed.filter(|table| table.len() == 1).and_then(|mut table| table.remove("value"));
     value.filter(|value| !value.is_datetime()).unwrap_or_else(|| Value::String(cell.into()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lines_below_blank_lines_are_those_of_the_file() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("table.csv");
+        let rows = |text: &str| {
+            std::fs::write(&file, text).unwrap();
+            table_rows(&file, &[])
+        };
+        let found = rows("fit,material.density\n\n\r\na.toml,1000\nb.toml,1200\n").unwrap();
+        let lines: Vec<u64> = found.iter().map(|row| row.source.as_ref().unwrap().line).collect();
+        assert_eq!(lines, [4, 5]);
+        let error = rows("fit,material.density\na.toml,1000\n\n,1200\n").err().unwrap();
+        assert!(matches!(error, Error::Data { line: 4, .. }), "{error}");
+        let error = rows("fit,material.density\n\na.toml\n").err().unwrap();
+        assert!(matches!(error, Error::Data { line: 3, .. }), "{error}");
+    }
 }

@@ -13,7 +13,7 @@
 //! data); those of a key have the key with the value found and the allowed values. [`Fit::add_toml`] adds measurements
 //! (to the last experiment), parameters and inputs to a fit, and replaces its analyses.
 
-use crate::error::{Error, ensure};
+use crate::error::{Error, GIVEN_AS_TEXT, ensure};
 use crate::fit::Fit;
 use crate::fit::buckling_form::BucklingForm;
 use crate::fit::experiment_form::{ExperimentForm, NamedForm, SceneCheck, SceneForm};
@@ -215,8 +215,7 @@ impl FitFile {
     ///
     /// Those of [`load`](Self::load) other than planned measurements, which are accepted.
     pub fn from_toml(text: &str, folder: impl AsRef<Path>) -> Result<Self, Error> {
-        let path = folder.as_ref().join("fit");
-        Self::read(text, &path, &|_| Ok(())).map_err(|error| error.without_file(&path))
+        Self::read(text, &folder.as_ref().join(GIVEN_AS_TEXT), &|_| Ok(()))
     }
 
     /// Reads and validates the `text` of a fit file at `path`, its scenes and its data, planned ones included.

@@ -3,9 +3,9 @@
 //! [`parse`] deserializes a text. The message of an error lists the keys that have a placeholder (`..`, `...`, `?`,
 //! `TODO`, without quotes) as value, with their lines, if there are any. Else, if the error is a missing key, it lists
 //! all missing keys by the [`Rule`]s of the file kind, or one key with the line of its table. Else it has the message
-//! of the TOML reader with line, column and the token at fault. A [`Rule`] has the required keys of one table, which is
-//! required itself ([`always`]) or optional ([`if_there`]). Files of scenes, structures, fits and campaigns are read
-//! with it. [`placeholders`] lists the keys with placeholders.
+//! of the TOML reader with line, column and the token at fault, and with types in words. A [`Rule`] has the required
+//! keys of one table, which is required itself ([`always`]) or optional ([`if_there`]). Files of scenes, structures,
+//! fits and campaigns are read with it. [`placeholders`] lists the keys with placeholders.
 
 use crate::error::Error;
 use marker_files::printable::{column_name, token, with_tokens_cut};
@@ -167,6 +167,7 @@ fn described(error: &toml::de::Error, text: &str) -> String {
     // The parser quotes tokens of the file, which may be long.
     let cut = with_tokens_cut(error.message(), '"').into_owned();
     let message = with_tokens_cut(&cut, '`').trim_end().replace('\n', ", ");
+    let message = with_plain_types(&message);
     let Some((before, found)) = error.span().and_then(|span| {
         let before = text.get(..span.start)?;
         Some((before, text.get(span)?.lines().next().unwrap_or_default().trim_end()))
@@ -180,6 +181,23 @@ fn described(error: &toml::de::Error, text: &str) -> String {
         true => format!("{place}: {message}"),
         false => format!("{place}: at `{}{}`: {message}", key_before(before), token(found)),
     }
+}
+
+/// A message of the TOML reader with the expected type in words: `expected a number` for `expected f64`. Other messages
+/// are unchanged.
+fn with_plain_types(message: &str) -> String {
+    let Some((found, expected)) = message.rsplit_once(", expected ") else {
+        return message.into();
+    };
+    let expected = match expected {
+        "f64" => "a number",
+        "usize" | "u8" | "u16" | "u32" | "u64" => "a whole number, 0 or more",
+        "a sequence" => "a list",
+        "a map" => "a table",
+        _ if expected.starts_with("struct ") => "a table",
+        _ => expected,
+    };
+    format!("{found}, expected {expected}")
 }
 
 /// The text `key = ` for the key in front of a value, where `text` ends before the value. Empty if the last line of the
@@ -223,4 +241,29 @@ pub(crate) fn parse<T: serde::de::DeserializeOwned>(
         };
         Error::Parse { file: None, message }
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use serde::de::DeserializeOwned;
+    use std::collections::BTreeMap;
+
+    /// The message for a text whose keys have values of the type `T`.
+    fn message<T: DeserializeOwned>(text: &str) -> String {
+        parse::<BTreeMap<String, T>>(text, &[]).err().unwrap().to_string()
+    }
+
+    #[test]
+    fn expected_types_are_named_in_plain_words() {
+        for (found, expected) in [
+            (message::<f64>("a = \"b\""), "string \"b\", expected a number"),
+            (message::<usize>("a = -1"), "integer `-1`, expected a whole number, 0 or more"),
+            (message::<Vec<f64>>("a = 1"), "integer `1`, expected a list"),
+            (message::<BTreeMap<String, f64>>("a = 1"), "integer `1`, expected a table"),
+            (message::<bool>("a = \", expected f64\""), "expected a boolean"),
+        ] {
+            assert!(found.starts_with("line 1, column 5") && found.ends_with(expected), "{found}");
+        }
+    }
 }

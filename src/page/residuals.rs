@@ -147,7 +147,8 @@ fn coordinate(series: &Series, tests: &str) -> String {
         Abscissa::ArcLength => ("m", "arc length"),
         Abscissa::Mode => ("", "mode number"),
         Abscissa::Reading => ("", "reading number"),
-        Abscissa::Load => ("", "load, N or N m"),
+        Abscissa::Load => ("N", "load"),
+        Abscissa::Moment => ("N m", "load"),
     };
     let is_counted = matches!(series.abscissa, Abscissa::Mode | Abscissa::Reading);
     let abscissas = || series.abscissa_values.iter().copied();

@@ -601,6 +601,12 @@ impl<'a, M: Model> Discretized<'a, M> {
         start..dof.saturating_sub(held(End::End)).max(start)
     }
 
+    /// Whether supports at the ends hold all coordinates of a node.
+    pub(crate) fn holds(&self, node: usize) -> bool {
+        let (free, first) = (self.free(), M::STRIDE * node);
+        (first..first + M::STRIDE.min(3)).all(|i| !free.contains(&i))
+    }
+
     /// Indices among all unknowns, ascending, of the coordinates of nodes whose positions a recording prescribes; those
     /// outside the [free](Self::free) range are left out. Empty without a recording.
     pub(crate) fn prescribed(&self) -> PrescribedDofs {

@@ -8,12 +8,13 @@
 //! nothing else acts on its rod. Loads, flow, motions, recordings, user-defined energies, actuators, initial shapes and
 //! stress at rest count as actions; for a motion also an initial velocity. There is no such warning for modes, or for a
 //! straight rod within 10 degrees of the y or z axis. Third: a given mesh that is too coarse for the natural curvature.
-//! Last, for equilibria and modes: friction of the rod or of a contact, which they do not have.
+//! Fourth: forces on held nodes only. Last, for equilibria and modes: friction of the rod or of a contact, which they
+//! do not have.
 
 use crate::code::Code;
 use crate::numerics::vector::{dot, sub};
-use crate::problem::Problem;
-use crate::scene::{Contact, InitialState, Scene, Section, Shape};
+use crate::problem::{Problem, with_model};
+use crate::scene::{Contact, InitialState, PointForce, Scene, Section, Shape};
 
 /// Smallest density of a solid, kg/m^3; only aerogels are lighter.
 const LIGHTEST_SOLID: f64 = 10.0;
@@ -52,8 +53,8 @@ pub(crate) enum Purpose {
 
 impl Problem {
     /// Warnings, each with its code, first of implausible units (one for all numbers), then of missing gravity for the
-    /// `purpose`. Then comes a given mesh that is too coarse for the natural curvature, and last, unless for a motion,
-    /// friction of the rod or of a contact. Empty for a plausible scene.
+    /// `purpose`. Then come a given mesh that is too coarse for the natural curvature, and forces on held nodes. Last,
+    /// unless for a motion, is friction of the rod or of a contact. Empty for a plausible scene.
     pub(crate) fn plausibility_notes(&self, purpose: Purpose) -> Vec<(Code, String)> {
         let units = units(&self.scene, self.length()).map(|words| (Code::ImplausibleUnits, words));
         let gravity = self.lacks_gravity(purpose).then(|| {
@@ -62,7 +63,33 @@ impl Problem {
             (Code::NoGravity, words.to_string())
         });
         let friction = (purpose != Purpose::Motion).then(|| self.frictionless_note()).flatten();
-        units.into_iter().chain(gravity).chain(self.natural_turn_note()).chain(friction).collect()
+        let mesh = self.natural_turn_note().into_iter().chain(self.held_load_note());
+        units.into_iter().chain(gravity).chain(mesh).chain(friction).collect()
+    }
+
+    /// Warning of forces of `loads.point` and `initial.point` on nodes that supports at the ends hold, which do not
+    /// move the rod. Forces with a moment, and zero forces, are left out. `None` without any.
+    fn held_load_note(&self) -> Option<(Code, String)> {
+        let is_held = |load: &PointForce| {
+            let nodes = self.stencil(load.node).map(|stencil| stencil.nodes).unwrap_or_default();
+            let mut acting = nodes.iter().filter(|(_, weight)| *weight != 0.0);
+            load.force != [0.0; 3]
+                && load.moment == [0.0; 3]
+                && !nodes.is_empty()
+                && acting.all(|(node, _)| with_model!(self, |discretized| discretized.holds(*node)))
+        };
+        let lists = [("loads", &self.scene.loads.point), ("initial", &self.scene.initial.point)];
+        let keys: Vec<String> = lists
+            .into_iter()
+            .flat_map(|(table, loads)| loads.iter().enumerate().map(move |own| (table, own)))
+            .filter_map(|(table, (k, load))| is_held(load).then(|| format!("{table}.point[{k}]")))
+            .collect();
+        let words = format!(
+            "the force of {} acts on nodes that a support holds, and does not move the rod. Check the point of the load, \
+             or take more segments, so that it is on free nodes",
+            keys.join(", ")
+        );
+        (!keys.is_empty()).then_some((Code::LoadOnHeldNode, words))
     }
 
     /// Warning of an equilibrium or modes of a scene with friction, of a contact or in the rod, which they do not have;
@@ -100,8 +127,7 @@ impl Problem {
             Purpose::Modes => return false,
         };
         // Anything that moves the rod makes a missing gravity plausible.
-        let acts =
-            |load: &crate::scene::PointForce| load.force != [0.0; 3] || load.moment != [0.0; 3];
+        let acts = |load: &PointForce| load.force != [0.0; 3] || load.moment != [0.0; 3];
         let driven = starts
             || initial.shape.is_some()
             || initial.point.iter().any(acts)
@@ -181,7 +207,7 @@ fn units(scene: &Scene, length: f64) -> Option<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::Material;
+    use crate::scene::{Material, Point, Support};
     use std::f64::consts::FRAC_PI_2;
 
     /// Scene of a straight rod of 0.3 m with these numbers, SI.
@@ -203,6 +229,29 @@ mod tests {
         let (x, y) = ([1.0, 0.0, 0.0], [0.0, 1.0, 0.0]);
         assert!(lacks_gravity(x, 0.0) && !lacks_gravity(y, 0.0));
         assert!(!lacks_gravity(x, FRAC_PI_2) && lacks_gravity(y, FRAC_PI_2));
+    }
+
+    /// A clamp holds the nodes 0 and 1 of a rod of eight edges, whose outermost one begins half an edge behind the
+    /// wall; a pinned end holds node 0 only.
+    #[test]
+    fn force_on_held_nodes_is_reported() {
+        let codes = |support: Support, point: Point| {
+            let mut scene = scene_of(1100.0, 1e6, 2e-3);
+            scene.supports.start = support;
+            scene.supports.end = Support::Clamped;
+            let force = [0.0, -1.0, 0.0];
+            scene.loads.point = vec![PointForce { node: point, force, ..PointForce::default() }];
+            let notes = scene.problem().unwrap().plausibility_notes(Purpose::Motion);
+            notes.into_iter().map(|(code, _)| code).collect::<Vec<_>>()
+        };
+        let held = [Code::LoadOnHeldNode];
+        assert_eq!(codes(Support::Clamped, Point::Node(1)), held);
+        assert_eq!(codes(Support::Clamped, Point::ArcLength(0.01)), held);
+        assert_eq!(codes(Support::Clamped, Point::Tip), held);
+        assert_eq!(codes(Support::Pinned, Point::Node(0)), held);
+        assert!(codes(Support::Pinned, Point::Node(1)).is_empty());
+        assert!(codes(Support::Clamped, Point::Node(2)).is_empty());
+        assert!(codes(Support::Clamped, Point::ArcLength(0.1)).is_empty());
     }
 
     #[test]

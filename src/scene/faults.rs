@@ -2,9 +2,10 @@
 //! jumps of single markers.
 //!
 //! Input of `Track::examined`: the recording, with its markers in order along the rod, and the held markers, whose
-//! motion determines gaps. Two options correct lost frames (later times are increased) and exchanged labels (positions
-//! are exchanged). Output: a copy of the recording, corrected as requested, with all its [`TrackDefect`]s. Jumps of
-//! single markers are never corrected; the frames around them are unusable (`SPOILED`).
+//! motion determines gaps. `Track::examined_of_structure` takes markers of several rods in any order. Two options
+//! correct lost frames (later times are increased) and exchanged labels (positions are exchanged). Output: a copy of
+//! the recording, corrected as requested, with all its [`TrackDefect`]s. Jumps of single markers are never corrected;
+//! the frames around them are unusable (`SPOILED`).
 //!
 //! Lost frames are detected by least squares. A cubic of time is fitted to the positions of the held markers in
 //! `BESIDE` frames on each side of a gap. Gaps have up to `LONGEST` steps of the clock. Without the gap, the sum of
@@ -94,8 +95,33 @@ impl Track {
         lost: LostFrames,
         swapped: SwappedLabels,
     ) -> Self {
+        self.examined_in(self.order(), held, lost, swapped)
+    }
+
+    /// [`examined`](Self::examined) for a recording of several rods, whose markers have no order along one: labels are
+    /// compared only with `SwappedLabels::Mend`. `held` are indices of [`markers`](Self::markers).
+    pub(crate) fn examined_of_structure(
+        &self,
+        held: &[usize],
+        lost: LostFrames,
+        swapped: SwappedLabels,
+    ) -> Self {
+        let order = match swapped {
+            SwappedLabels::Keep => (0..self.markers().len()).collect(),
+            SwappedLabels::Mend => self.order(),
+        };
+        self.examined_in(order, held, lost, swapped)
+    }
+
+    /// [`examined`](Self::examined) with `order`, the index of the marker at each position along the rod.
+    fn examined_in(
+        &self,
+        order: Vec<usize>,
+        held: &[usize],
+        lost: LostFrames,
+        swapped: SwappedLabels,
+    ) -> Self {
         let mut faults = Vec::new();
-        let order = self.order();
         for (j, other) in order.iter().enumerate().filter(|(j, other)| *j < **other) {
             let markers = [j, *other].map(|k| self.markers()[k].name.clone());
             faults.push(TrackDefect::SwappedLabels {
@@ -427,6 +453,29 @@ mod tests {
         let lost = |fault: &&TrackDefect| matches!(fault, TrackDefect::LostFrames { .. });
         assert_eq!(examined.faults().iter().find(lost), None);
         assert_eq!(examined.times(), even.times());
+    }
+
+    /// Markers 2 and 3 are in an order that along one rod is that of exchanged labels. In a structure it is none: lost
+    /// frames are found by marker 2, and not by marker 3, whose position beside them is missing.
+    #[test]
+    fn held_markers_of_a_structure_keep_their_names() {
+        let recorded = track(&[70], Some([2, 3]), None);
+        let without_one = |(j, m): (usize, &Marker)| {
+            let mut seen = m.seen.clone();
+            if j == 3 {
+                seen[69] = None;
+            }
+            (m.name.clone(), seen)
+        };
+        let markers = recorded.markers().iter().enumerate().map(without_one).collect();
+        let recorded = Track::new(recorded.times().to_vec(), markers).unwrap();
+        let found = |held: usize| {
+            let (keep, labels) = (LostFrames::Keep, SwappedLabels::Keep);
+            recorded.examined_of_structure(&[held], keep, labels).faults().to_vec()
+        };
+        let lost = |fault: &TrackDefect| matches!(fault, TrackDefect::LostFrames { frames: 1, .. });
+        assert!(found(2).iter().any(lost), "{:?}", found(2));
+        assert!(!found(3).iter().any(lost), "{:?}", found(3));
     }
 
     #[test]

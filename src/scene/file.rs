@@ -11,7 +11,7 @@
 //! [`Scene::differs_in_recording_only`] compares two scenes without it. [`Scene::files`] lists the scene file and those
 //! of its polylines, recordings and signals; [`Scene::make_paths_absolute`] replaces their paths.
 
-use crate::error::Error;
+use crate::error::{Error, GIVEN_AS_TEXT};
 use crate::input::hints::{SCENE, explained};
 use crate::input::missing_keys::parse;
 use crate::scene::Scene;
@@ -107,8 +107,7 @@ impl Scene {
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     pub fn from_toml(text: &str, folder: impl AsRef<Path>) -> Result<Self, Error> {
-        let path = folder.as_ref().join("scene");
-        Self::read(text, &path).map_err(|error| error.without_file(&path))
+        Self::read(text, &folder.as_ref().join(GIVEN_AS_TEXT))
     }
 
     /// Reads and validates the text of a scene file with this path, and reads the files that it names. Errors have the
@@ -285,5 +284,21 @@ impl Scene {
     fn ends_with_recording(&self) -> bool {
         let end = self.time.as_ref().map(|time| time.end);
         end.is_some() && end == self.end_of_recording
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// 19.5 edges turn by 62 rad, more than half a turn each: an error of the problem, not of the text.
+    #[test]
+    fn error_of_a_scene_given_as_text_names_no_file() {
+        let text = "[rod]\nsegments = 20\nshape = { kind = \"arc\", length = 0.5, angle = 1.0 }\n\
+                    section = { kind = \"circle\", radius = 0.005 }\nnatural_curvature = 62.0\n\
+                    [material]\ndensity = 1273.52\nyoungs_modulus = 1e8\n";
+        let scene = Scene::from_toml(text, ".").unwrap();
+        let message = scene.problem().err().unwrap().to_string();
+        assert!(message.starts_with("rod.natural_curvature: found"), "{message}");
     }
 }

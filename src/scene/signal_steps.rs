@@ -6,7 +6,7 @@
 //!
 //! `check_step` rejects a step, s, that does not resolve these motions, and `motion_step_warnings` warns of one that
 //! resolves them poorly, by the limits of the module `motion_rate`. `largest_good_step` is the largest one, s, without
-//! a warning; the recording in `supports.path` is left out there.
+//! a warning; the recording in `supports.path` is left out there, that of a structure is included.
 
 use crate::code::Code;
 use crate::error::Error;
@@ -61,10 +61,15 @@ impl Scene {
     }
 
     /// Largest time step, s, for which [`motion_step_warnings`](Self::motion_step_warnings) has no warning of
-    /// `supports.motion` and the used signals; infinity without any. The recording in `supports.path` is left out.
+    /// `supports.motion` and the used signals, and for which the recording of a structure has none; infinity without
+    /// any. The recording in `supports.path` is left out.
     pub(crate) fn largest_good_step(&self) -> f64 {
-        let rates = self.signal_rates();
-        rates.map(|rate| rate.good_step()).fold(self.supports.largest_good_step(), f64::min)
+        let recorded = self
+            .structure
+            .as_ref()
+            .and_then(|structure| structure.recording.as_ref()?.good_step(&structure.supports));
+        let rates = self.signal_rates().map(|rate| rate.good_step()).chain(recorded);
+        rates.fold(self.supports.largest_good_step(), f64::min)
     }
 
     /// Warnings, with codes, of defects in the recordings that move supports, then of missing samples of used signals.
@@ -72,5 +77,43 @@ impl Scene {
         let mut warnings = self.supports.recording_warnings();
         warnings.extend(self.used_signals().flat_map(Signal::warnings));
         warnings
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::{
+        Material, Section, Shape, StructureRecording, StructureScene, Support, Track,
+    };
+
+    /// The largest good step of a scene with a structure is that without a warning of its recording: an oscillation of
+    /// 5 Hz in 100 frames per second has a bandwidth of about 5 Hz, with ten steps per period 0.02 s.
+    #[test]
+    fn recording_of_a_structure_limits_the_good_step() {
+        let text = "[[rods]]\nname = \"a\"\nsegments = 20\n\
+                    shape = { kind = \"straight\", length = 1.0, direction = [1, 0, 0] }\n\
+                    section = { kind = \"circle\", radius = 3e-3 }\n\
+                    material = { density = 1100, youngs_modulus = 2e7 }\n\
+                    [[supports]]\nof = { rod = \"a\", at = \"start\" }\nkind = \"clamped\"\n";
+        let mut structure = StructureScene::from_toml(text, ".").unwrap();
+        structure.supports[0].kind = Support::Recorded;
+        structure.supports[0].markers = vec!["m0".into(), "m1".into()];
+        let times: Vec<f64> = (0..200).map(|k| 0.01 * f64::from(k)).collect();
+        let place = |t: &f64| Some([0.01 * (10.0 * std::f64::consts::PI * t).sin(), 0.0, 0.0]);
+        let seen: Vec<_> = times.iter().map(place).collect();
+        let markers = ["m0", "m1"].map(|name| (name.to_string(), seen.clone())).to_vec();
+        let mut recording = StructureRecording::of(Track::new(times, markers).unwrap());
+        recording.examine(&structure.supports).unwrap();
+        structure.recording = Some(recording.clone());
+        let shape = Shape::Straight { length: 1.0, direction: [1.0, 0.0, 0.0] };
+        let material = Material::new(1100.0, 2e7);
+        let mut scene = Scene::new(20, shape, Section::Circle { radius: 3e-3 }, material);
+        assert_eq!(scene.largest_good_step(), f64::INFINITY);
+        scene.structure = Some(Box::new(structure.clone()));
+        let step = scene.largest_good_step();
+        assert!((step / 0.02 - 1.0).abs() < 0.2, "{step}");
+        let has_warning = |step: f64| recording.step_warning(&structure.supports, step).is_some();
+        assert!(has_warning(1.01 * step) && !has_warning(step), "{step}");
     }
 }

@@ -10,7 +10,7 @@
 //! file of the structure, if it has one, and then those that it names. [`StructureScene::follow`] replaces the file of
 //! its recording by one relative to the working directory, and reads it; without `[recording]` it is an error.
 
-use crate::error::Error;
+use crate::error::{Error, GIVEN_AS_TEXT};
 use crate::input::hints::{STRUCTURE, explained};
 use crate::input::missing_keys::{Rule, always, if_there, parse};
 use crate::scene::required::{section_keys, shape_keys};
@@ -61,8 +61,7 @@ impl StructureScene {
     /// assert!(error.contains("rods[0].shape"), "{error}");
     /// ```
     pub fn from_toml(text: &str, folder: impl AsRef<Path>) -> Result<Self, Error> {
-        let path = folder.as_ref().join("scene");
-        Self::read(text, &path).map_err(|error| error.without_file(&path))
+        Self::read(text, &folder.as_ref().join(GIVEN_AS_TEXT))
     }
 
     /// Paths of the files of the structure: first its own, if it has one, then those of polylines and of the recording.

@@ -7,8 +7,9 @@
 //! that drive supports.
 //!
 //! `check_end` and `check_step` reject a simulation beyond the end of the recording and steps that do not resolve its
-//! motion. `recording_warnings` and `step_warning` are those of its defects and of large steps. All four have the
-//! limits of `[supports.path]` of one rod, and no effect unless a support follows the recording.
+//! motion. `recording_warnings` and `step_warning` are those of its defects and of large steps; `good_step` is the
+//! largest step without such a warning. All have the limits of `[supports.path]` of one rod, and no effect unless a
+//! support follows the recording.
 
 use crate::code::Code;
 use crate::error::Error;
@@ -138,7 +139,8 @@ impl StructureRecording {
                 .filter(|(_, own)| is_driving(&own.name, supports))
                 .map(|(j, _)| j)
                 .collect();
-            let examined = track.examined(&held, self.lost_frames, self.swapped_labels);
+            let examined =
+                track.examined_of_structure(&held, self.lost_frames, self.swapped_labels);
             self.track = Some(examined.with_motion_defects(&held).into());
         }
         Ok(())
@@ -177,15 +179,12 @@ impl StructureRecording {
     }
 
     /// Warnings, with codes, of the defects of the recording, corrected or not, with the name of its file in front.
-    /// Empty before it is read, and where no support follows it. Glitches of observed markers are left out. So are
-    /// labels that were not exchanged: markers of several rods have no order along one, so that most of these are no
-    /// defects.
+    /// Empty before it is read, and where no support follows it. Glitches of observed markers are left out.
     pub(crate) fn recording_warnings(&self, supports: &[StructureSupport]) -> Vec<(Code, String)> {
         let Some(track) = self.track.as_ref().filter(|_| is_followed(supports)) else {
             return Vec::new();
         };
         let matters = |fault: &&TrackDefect| match fault {
-            TrackDefect::SwappedLabels { mended, .. } => *mended,
             TrackDefect::Glitches { marker, .. } => is_driving(marker, supports),
             _ => true,
         };
@@ -201,6 +200,11 @@ impl StructureRecording {
         step: f64,
     ) -> Option<(Code, String)> {
         self.rate(supports)?.warning(step)
+    }
+
+    /// Largest time step, s, without a [`step_warning`](Self::step_warning). None where no step has one.
+    pub(crate) fn good_step(&self, supports: &[StructureSupport]) -> Option<f64> {
+        self.rate(supports).map(|rate| rate.good_step())
     }
 
     /// Supports of one rod whose path is this recording, for their checks. `None` before the recording is read, and

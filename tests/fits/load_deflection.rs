@@ -89,6 +89,37 @@ fn sensitivity_to_the_load_is_that_of_a_common_factor() {
     assert!((input.change / (0.01 * MODULUS) - 1.0).abs() < 1e-2, "{input:?}");
 }
 
+/// Curves of two loads, each under the other one as the scene has it. Deflections depend on both `P/(E I)` only: 1 % of
+/// both loads together are 1 % of the modulus.
+#[test]
+fn sensitivities_to_the_loads_of_two_curves_add_up_to_that_of_a_common_factor() {
+    let mut scene = cantilever(Some(20));
+    let own = [-0.005, -0.006];
+    scene.loads.point[0].force[1] = own[0];
+    let second =
+        PointForce { node: Point::Node(10), force: [0.0, own[1], 0.0], ..Default::default() };
+    scene.loads.point.push(second);
+    let problem = scene.problem().unwrap();
+    let loads: [Parameter; 2] =
+        ["loads.point.0.force.y", "loads.point.1.force.y"].map(|path| path.parse().unwrap());
+    let curve = |load: Parameter| {
+        let tip = |value: f64| problem.with([(load, value)]).unwrap().equilibrium().unwrap().tip[1];
+        let start = tip(0.0);
+        let values = [-0.002, -0.01, -0.02].into_iter();
+        let points =
+            values.map(|load| LoadedPoint { load, displacement: tip(load) - start }).collect();
+        LoadDeflection::new(load, Point::Tip, 1, points).sigma(1e-4)
+    };
+    let fit = Fit::new(&problem).observe(curve(loads[0])).observe(curve(loads[1]));
+    let report = fit.identify(Parameter::YoungsModulus).analyse(of_a_right_mesh()).solve().unwrap();
+    let estimate = report.estimate(Parameter::YoungsModulus).unwrap();
+    let of_load = |input: &&InputSensitivity| input.source.starts_with("loads.point.");
+    let inputs: Vec<_> = estimate.input_sensitivities.iter().filter(of_load).collect();
+    let sum: f64 = inputs.iter().map(|input| input.change).sum();
+    assert_eq!(inputs.len(), 2, "{inputs:?}");
+    assert!((sum / (0.01 * MODULUS) - 1.0).abs() < 1e-2, "{inputs:?}");
+}
+
 /// Load `P L^2/(E I)` and deflection over length of the elastica whose tip turns by `angle`: `theta'^2 = 2 P/(E I) (sin(angle)
 /// - sin(theta))`, with `theta = angle (1 - t^2)`, by Simpson's rule.
 fn elastica(angle: f64) -> [f64; 2] {

@@ -12,7 +12,7 @@
 
 use crate::error::Error;
 use crate::format::Format;
-use crate::separator::csv_error;
+use crate::separator::{csv_error, record_line};
 use crate::table::{has_decimal_commas, number};
 use crate::units::plain_unit;
 use crate::unknown_file::check_text;
@@ -176,12 +176,8 @@ impl FieldLines {
             .from_reader(bytes);
         let mut list = Vec::new();
         let mut fields = StringRecord::new();
-        while reader.read_record(&mut fields).map_err(|e| csv_error(path, e))? {
-            // The reader reports the position before the blank lines that it skips.
-            let from = fields.position().map_or(0, |at| at.byte()) as usize;
-            let blank = bytes[from.min(bytes.len())..].iter().take_while(|b| b"\r\n".contains(b));
-            let skipped = blank.filter(|b| **b == b'\n').count() as u64;
-            let number = fields.position().map_or(0, |at| at.line()) + skipped;
+        while reader.read_record(&mut fields).map_err(|e| csv_error(path, bytes, e))? {
+            let number = record_line(bytes, fields.position());
             list.push(FieldLine { number, fields: fields.clone() });
         }
         Ok(Self { path: path.into(), format, commas: has_decimal_commas(delimiter), list })

@@ -99,6 +99,29 @@ pub struct ClockedColumns {
 pub const NOT_FINITE: &str = "found a time or position that is not finite, allowed: finite values. Check fps, scale and \
      origin";
 
+/// Message about frame numbers without a rate.
+const NO_RATE: &str = "found frame numbers instead of times, allowed: frame numbers with fps. Set fps to the number of \
+     frames per second";
+
+/// Message about pixels without the direction of y.
+const NO_DIRECTION: &str = "found `y` in pixels, allowed: pixels with the direction of y. Set y = \"down\" (images) or \
+     y = \"up\"";
+
+/// Message about pixels of `name`, a column or marker, without their size.
+fn no_scale(name: &str) -> String {
+    format!(
+        "found `{name}` in pixels, allowed: pixels with scale. Set scale to the size of a pixel in m"
+    )
+}
+
+/// The `value` of a key if it is finite and above 0; else the message with the key.
+fn positive(key: &str, value: f64) -> Result<f64, String> {
+    match value.is_finite() && value > 0.0 {
+        true => Ok(value),
+        false => Err(format!("found {key} = {value}, allowed: a number above 0")),
+    }
+}
+
 /// Whether a time and all coordinates of a position are finite after the conversion by rate, scale and origin. Missing
 /// coordinates (`None`) count as finite.
 pub fn is_finite(time: f64, position: &[Option<f64>; 3]) -> bool {
@@ -301,19 +324,10 @@ impl Recording {
         let rate = match (file.clock, self.fps) {
             (Clock::Time(_), None) => None,
             (Clock::Frames { rate: Some(rate), .. }, None) => Some(rate),
-            (Clock::Frames { rate: None, .. }, Some(fps)) if fps.is_finite() && fps > 0.0 => {
-                Some(fps)
-            }
             (Clock::Frames { rate: None, .. }, Some(fps)) => {
-                return Err(refused(format!("found fps = {fps}, allowed: a number above 0")));
+                Some(positive("fps", fps).map_err(refused)?)
             }
-            (Clock::Frames { rate: None, .. }, None) => {
-                return Err(refused(
-                    "found frame numbers instead of times, allowed: frame numbers with fps. Set \
-                     fps to the number of frames per second"
-                        .into(),
-                ));
-            }
+            (Clock::Frames { rate: None, .. }, None) => return Err(refused(NO_RATE.into())),
             (Clock::Frames { rate: Some(rate), .. }, Some(fps)) => {
                 let message = format!(
                     "found fps = {fps} and {rate} frames per second in the file, allowed: \
@@ -335,10 +349,9 @@ impl Recording {
             (Clock::Frames { .. }, None) => f64::NAN,
         };
         // Meters per unit: of the file where it names the unit, otherwise of the key scale.
-        let factor = match (file.lengths, self.scale) {
-            (_, Some(scale)) if !(scale.is_finite() && scale > 0.0) => {
-                return Err(refused(format!("found scale = {scale}, allowed: a number above 0")));
-            }
+        let scale =
+            self.scale.map(|scale| positive("scale", scale)).transpose().map_err(refused)?;
+        let factor = match (file.lengths, scale) {
             (LengthUnit::Known(_, factor), None) => factor,
             (LengthUnit::Known(unit, _), Some(scale)) => {
                 let message = format!(
@@ -348,25 +361,14 @@ impl Recording {
                 return Err(refused(message));
             }
             (LengthUnit::Pixels { .. }, Some(scale)) => scale,
-            (LengthUnit::Pixels { .. }, None) => {
-                let message = format!(
-                    "found `{}` in pixels, allowed: pixels with scale. Set scale to the \
-                             size of a pixel in m",
-                    marker.name
-                );
-                return Err(refused(message));
-            }
+            (LengthUnit::Pixels { .. }, None) => return Err(refused(no_scale(&marker.name))),
             (LengthUnit::Calibrated, scale) => scale.unwrap_or(1.0),
         };
         // Pixels need a direction of y: images count downward, drawings upward.
         let down = match (self.y, file.lengths) {
             (Some(y), _) => y == Vertical::Down,
             (None, LengthUnit::Pixels { down: Some(down) }) => down,
-            (None, LengthUnit::Pixels { down: None }) => {
-                let message = "found `y` in pixels, allowed: pixels with the direction of y. Set \
-                               y = \"down\" (images) or y = \"up\"";
-                return Err(refused(message.into()));
-            }
+            (None, LengthUnit::Pixels { down: None }) => return Err(refused(NO_DIRECTION.into())),
             (None, _) if file.format == Format::TrackMate => {
                 let message = "found `y` as an image coordinate, allowed: with the direction of \
                                y. Set y = \"down\" or y = \"up\"";
@@ -551,21 +553,9 @@ impl Recording {
                 ),
             ));
         }
-        match self.fps {
-            Some(fps) if fps.is_finite() && fps > 0.0 => Ok(1.0 / fps),
-            Some(fps) => Err(table.error(
-                1,
-                &format!(
-                    "found fps = {fps}, allowed: a number above \
-                                                      0"
-                ),
-            )),
-            None => Err(table.error(
-                1,
-                "found frame numbers instead of times, allowed: frame numbers \
-                                    with fps. Set fps to the number of frames per second",
-            )),
-        }
+        let fps = self.fps.ok_or_else(|| table.error(1, NO_RATE))?;
+        let rate = positive("fps", fps).map_err(|message| table.error(1, &message))?;
+        Ok(1.0 / rate)
     }
 
     /// Meters per unit of the coordinate in a column (index from 0), negative if it is y and points down. It is the key
@@ -577,33 +567,16 @@ impl Recording {
         let pixels = unit_name.as_deref() == Some("px");
         let is_unnamed = table.has_rules && unit_name.is_none();
         let factor = match (pixels, self.scale.filter(|_| pixels || is_unnamed)) {
-            (_, Some(scale)) if scale.is_finite() && scale > 0.0 => scale,
             (_, Some(scale)) => {
-                return Err(table.error(
-                    1,
-                    &format!(
-                        "found scale = {scale}, allowed: a number \
-                                                    above 0"
-                    ),
-                ));
+                positive("scale", scale).map_err(|message| table.error(1, &message))?
             }
-            (true, None) => {
-                let message = format!(
-                    "found `{name}` in pixels, allowed: pixels with scale. Set \
-                                       scale to the size of a pixel in m"
-                );
-                return Err(table.error(1, &message));
-            }
+            (true, None) => return Err(table.error(1, &no_scale(name))),
             (false, None) => table.factor(column, &LENGTHS, ", px")?,
         };
         match (name.as_str(), self.y) {
             // Only y changes its sign with the direction of the vertical axis.
             ("y", Some(Vertical::Down)) => Ok(-factor),
-            ("y", None) if pixels => {
-                let message = "found `y` in pixels, allowed: pixels with the direction of y. Set \
-                               y = \"down\" (images) or y = \"up\"";
-                Err(table.error(1, message))
-            }
+            ("y", None) if pixels => Err(table.error(1, NO_DIRECTION)),
             _ => Ok(factor),
         }
     }

@@ -137,7 +137,7 @@ impl Separator {
             .from_reader(&bytes[..]);
         let mut records = Vec::new();
         let mut fields = StringRecord::new();
-        while reader.read_record(&mut fields).map_err(|e| csv_error(path, e))? {
+        while reader.read_record(&mut fields).map_err(|e| csv_error(path, &bytes, e))? {
             let line = fields.position().map_or(1, |at| at.line());
             let from = fields.position().map_or(0, |at| at.byte()) as usize;
             let line = line + skipped_lines(&bytes[from.min(bytes.len())..]);
@@ -254,10 +254,19 @@ pub(crate) fn is_number(field: &str) -> bool {
     field.replace(',', ".").parse().is_ok_and(f64::is_finite)
 }
 
+/// The line, from 1, of a record at a `position` in the bytes of a file that the csv library reports: that before the
+/// blank lines which it skips. 1 without a position.
+pub fn record_line(bytes: &[u8], position: Option<&csv::Position>) -> u64 {
+    let Some(position) = position else { return 1 };
+    let from = bytes.len().min(position.byte() as usize);
+    let blank = bytes[from..].iter().take_while(|b| b"\r\n".contains(b));
+    position.line() + blank.filter(|b| **b == b'\n').count() as u64
+}
+
 /// The error of a file that cannot be split into fields, with its line: another number of fields than the header, or no
-/// UTF-8 text. An error of reading the file has no line.
-pub fn csv_error(path: &Path, error: csv::Error) -> Error {
-    let line = error.position().map_or(1, |position| position.line());
+/// UTF-8 text. `bytes` are those of the file. An error of reading the file has no line.
+pub fn csv_error(path: &Path, bytes: &[u8], error: csv::Error) -> Error {
+    let line = record_line(bytes, error.position());
     match error.into_kind() {
         csv::ErrorKind::Io(source) => Error::io(path, source),
         csv::ErrorKind::UnequalLengths { expected_len, len, .. } => {

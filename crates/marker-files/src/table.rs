@@ -20,7 +20,7 @@ use crate::units::suffix_unit;
 use crate::unknown_file::{check_text, describe_table};
 use std::path::{Path, PathBuf};
 
-pub use crate::separator::{csv_error, delimiter};
+pub use crate::separator::{csv_error, delimiter, record_line};
 pub use crate::units::{LENGTHS, TIMES, split_unit};
 
 /// A table of numbers; missing values are `None`.

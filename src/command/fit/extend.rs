@@ -7,8 +7,9 @@
 //! that explains the residuals as well, with a contradicting value of a parameter, becomes a warning, and a better
 //! grade becomes correlated-or-missing. Without an improvement file and report are those of the first fit, with a
 //! warning that has the candidates tried, if there are any. An interruption ends the refits; the completed ones count.
-//! Rejected candidates, and those whose refit fails, are printed as notes. An error is returned only if the candidates
-//! cannot be made.
+//! Rejected candidates, and those whose refit fails, are printed as notes. So are the units of measurements that the
+//! comparison leaves out: it is by the RMS residual of positions, or of one unit without positions. An error is
+//! returned only if the candidates cannot be made.
 
 use crate::command::terminal;
 use rodfit::Error;
@@ -60,6 +61,14 @@ pub fn extended_fit(
     for term in &failed {
         terminal::print_note(format_args!("tested without improvement: {term}"));
     }
+    let others = uncompared_units(&first);
+    if !others.is_empty() && !(better.is_empty() && failed.is_empty()) {
+        terminal::print_note(format_args!(
+            "fits are compared by their residuals in {}; those in {} are left out of the comparison",
+            compared_unit(&first),
+            others.join(", ")
+        ));
+    }
     // All better fits are compared: several effects may explain the residuals, with different values of the parameters.
     better.sort_by(|BetterFit { report: a, .. }, BetterFit { report: b, .. }| {
         a.grade.cmp(&b.grade).then(a.residual_rms.total_cmp(&b.residual_rms))
@@ -81,4 +90,27 @@ pub fn extended_fit(
     *file = best.file;
     let others: Vec<_> = better.map(|other| (other.term, other.report)).collect();
     Ok(best.report.among_alternatives(&others))
+}
+
+/// The unit of the RMS residual of a report: m if positions were measured, else rad/s, else that of the first
+/// measurement.
+fn compared_unit(report: &FitReport) -> &str {
+    let has = |unit: &str| report.units.iter().any(|own| own == unit);
+    match (has("m"), has("rad/s")) {
+        (true, _) => "m",
+        (false, true) => "rad/s",
+        (false, false) => report.units.first().map_or("", String::as_str),
+    }
+}
+
+/// The units of the measurements that the RMS residual of a report leaves out, each once; `no unit` for strains.
+fn uncompared_units(report: &FitReport) -> Vec<&str> {
+    let mut others: Vec<&str> = Vec::new();
+    for unit in report.units.iter().filter(|unit| **unit != compared_unit(report)) {
+        let unit = if unit.is_empty() { "no unit" } else { unit.as_str() };
+        if !others.contains(&unit) {
+            others.push(unit);
+        }
+    }
+    others
 }

@@ -53,8 +53,10 @@ pub enum Abscissa {
     Mode,
     /// The number of a reading, from 1 on.
     Reading,
-    /// Load, N or N m.
+    /// Force as the load, N.
     Load,
+    /// Moment as the load, N m.
+    Moment,
 }
 
 /// The values of one coordinate of a measurement, given by index and abscissa, in the order of the residuals.

@@ -85,9 +85,9 @@ impl DataKind for LoadCurve {
         header.component_label(["ux", "uy", "uz"][self.axis])
     }
 
-    /// The abscissa of plots: the load.
+    /// The abscissa of plots: the load, a force or a moment.
     fn abscissa(&self) -> Abscissa {
-        Abscissa::Load
+        if self.load.unit() == "N m" { Abscissa::Moment } else { Abscissa::Load }
     }
 
     /// The load of every displacement, N or N m.
@@ -170,4 +170,20 @@ pub(crate) fn check_load(load: Parameter, problem: &Problem, key: &str) -> Resul
     let is_load = load.path().starts_with("loads.point.") && LOAD_UNITS.contains(&load.unit());
     let allowed = "a force or moment in loads.point, such as loads.point.0.force.y";
     ensure(is_load, format!("{key}.load"), load, allowed)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn abscissa_of_plots_has_the_unit_of_the_load() {
+        for (path, abscissa) in [
+            ("loads.point.0.force.y", Abscissa::Load),
+            ("loads.point.0.moment.z", Abscissa::Moment),
+        ] {
+            let curve = LoadDeflection::new(path.parse().unwrap(), Point::Tip, 1, Vec::new());
+            assert_eq!(curve.data.abscissa(), abscissa, "{path}");
+        }
+    }
 }

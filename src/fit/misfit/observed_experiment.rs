@@ -77,6 +77,11 @@ pub(crate) struct ExperimentRun {
     pub structure: Option<Structure>,
 }
 
+/// The ratio of a `value` of a load to its number in the scene of `problem`; 0 without a load there.
+fn load_ratio(problem: &Problem, load: Parameter, value: f64) -> f64 {
+    load.of(problem.scene()).filter(|own| *own != 0.0).map_or(0.0, |own| value / own)
+}
+
 impl ObservedExperiment {
     /// The `experiment` with its measurements up to the `horizon`, s, and the indices of the `unknowns` that belong to
     /// it. Each of its measurements takes the next of `sigmas`, its standard deviation in its unit before its factors.
@@ -256,15 +261,22 @@ impl ObservedExperiment {
     }
 
     /// The critical loads of the required cases, in their order, in the units of the loads, with derivatives by
-    /// `parameters`. Error: one cannot be found.
+    /// `parameters`. Those by other loads are scaled to the numbers in the scene of `problem` ([`load_ratio`]). Error:
+    /// one cannot be found.
     fn critical_loads(
         &self,
         problem: &Problem,
         parameters: &[Parameter],
     ) -> Result<Vec<CriticalLoad>, Error> {
         let critical = |case: &BucklingCase| {
-            let problem = problem.with_fixed_layout(self.other_loads(case.load))?;
-            problem.critical_load(case.load, case.expected, parameters)
+            let posed = problem.with_fixed_layout(self.other_loads(case.load))?;
+            let mut found = posed.critical_load(case.load, case.expected, parameters)?;
+            for (load, value) in self.other_loads(case.load) {
+                let derivatives = parameters.iter().zip(&mut found.derivatives);
+                let by_load = derivatives.filter(|(parameter, _)| **parameter == load);
+                by_load.for_each(|(_, x)| *x *= load_ratio(problem, load, value));
+            }
+            Ok(found)
         };
         self.required.buckling_cases.iter().map(critical).collect()
     }
@@ -277,9 +289,9 @@ impl ObservedExperiment {
     }
 
     /// The equilibria of the required load cases, in their order, with derivatives by `parameters`. Those of one
-    /// measurement are computed in sequence: each starts at the one before. The derivative by the number of the load in
-    /// the scene is that of a common relative error of all loads of the measurement. So it is multiplied by the ratio
-    /// of the value of the case to that in the scene (0 without a load there).
+    /// measurement are computed in sequence: each starts at the one before. The derivative by the number of a load in
+    /// the scene is that of a common relative error of all its values. So it is multiplied by the ratio of the value in
+    /// the case to that in the scene ([`load_ratio`]).
     fn load_case_equilibria(
         &self,
         problem: &Problem,
@@ -290,16 +302,16 @@ impl ObservedExperiment {
             let cases = series.data.requirements().load_cases;
             let Some(LoadCase { point, .. }) = cases.first() else { continue };
             let tracked: Vec<usize> = problem.nodes_around(*point)?.collect();
-            let under_load = |case: &LoadCase| {
-                let loads = self.other_loads(case.load).chain([(case.load, case.value)]);
-                problem.with_fixed_layout(loads)
-            };
+            let loads =
+                |case: &LoadCase| self.other_loads(case.load).chain([(case.load, case.value)]);
+            let under_load = |case: &LoadCase| problem.with_fixed_layout(loads(case));
             let problems = cases.iter().map(under_load).collect::<Result<Vec<_>, Error>>()?;
             let mut own = Trajectory::load_path(&problems, &tracked, parameters)?;
-            // The loads of a curve are proportional to the number in the scene: an error of it scales all of them.
-            for (equilibrium, LoadCase { load, value, .. }) in own.iter_mut().zip(&cases) {
-                let of_scene = load.of(problem.scene()).filter(|own| *own != 0.0);
-                equilibrium.scale_derivatives(*load, of_scene.map_or(0.0, |own| value / own));
+            // All values of a load are proportional to its number in the scene: an error of it scales all of them.
+            for (equilibrium, case) in own.iter_mut().zip(&cases) {
+                for (load, value) in loads(case) {
+                    equilibrium.scale_derivatives(load, load_ratio(problem, load, value));
+                }
             }
             equilibria.extend(own);
         }

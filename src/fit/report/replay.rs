@@ -9,7 +9,7 @@
 //! times, and the one at rest. A simulation that fails is an error; results before it remain.
 
 use crate::dynamics::Trajectory;
-use crate::error::Error;
+use crate::error::{Error, GIVEN_AS_TEXT};
 use crate::fit::measurement::Measurement;
 use crate::fit::measurement::dataset::Coordinate;
 use crate::fit::measurement::experiment::Experiment;
@@ -75,9 +75,10 @@ fn settings(experiment: &Experiment) -> SimulationSettings {
     let moves = experiment.moves();
     // Experiments at rest have no scheme and no step, even if their scene has.
     let time = problem.scene().time.as_ref().filter(|_| moves);
+    let scene_file = problem.scene().path.as_ref().filter(|path| !path.ends_with(GIVEN_AS_TEXT));
     SimulationSettings {
         experiment: experiment.name.clone(),
-        scene: problem.scene().path.as_ref().map(|path| path.display().to_string()),
+        scene: scene_file.map(|path| path.display().to_string()),
         model: format!("{model}: {reason}"),
         scheme: time.map(|time| {
             let name = time.scheme.name();

@@ -7,7 +7,8 @@
 //! final sigmas. Its values are in the parameters' units, its costs in full simulations.
 //!
 //! The best point is returned after an interruption. It is of the latest stage, within that stage one with the most
-//! residuals, and of these the one of the lowest cost. A change of the sigmas (`reweight`) converts its residuals.
+//! residuals, and of these the one of the lowest cost. A change of the sigmas (`reweight`) converts its residuals and
+//! its cost.
 //!
 //! A scan replaces the last one. Minima are ends of fits of the full model to the whole records. `move_minimum` removes
 //! all minima within [`SAME`] of a point and adds another one. Their distance is the largest difference of any unknown,
@@ -112,8 +113,6 @@ struct JournalRecords {
     sigmas: Vec<f64>,
     /// The best point of the last stage.
     best: Option<Visit>,
-    /// The cost of the best point is in units of earlier sigmas.
-    is_best_outdated: bool,
     /// The last scan.
     grid: Option<ScanGrid>,
     /// Minima of the full model.
@@ -130,7 +129,7 @@ impl Journal {
 
     /// Adds an evaluated point to the history, with the `work` so far, steps times segments. It becomes the best one if
     /// it is of a later stage than the best so far, or has more residuals in the same stage. On the same number of
-    /// residuals it must have no higher cost, unless the sigmas changed in between.
+    /// residuals it must have no higher cost.
     pub fn visit(&self, visit: Visit, work: f64) {
         let mut records = self.records();
         let Visit { stage, x, cost, residuals, counts } = &visit;
@@ -145,12 +144,10 @@ impl Journal {
         // Costs are comparable for the same stage and the same part of the records.
         let rank = |v: &Visit| (v.stage, v.residuals.len());
         let better = records.best.as_ref().is_none_or(|b| {
-            let is_lower = records.is_best_outdated || visit.cost <= b.cost;
-            rank(&visit) > rank(b) || rank(&visit) == rank(b) && is_lower
+            rank(&visit) > rank(b) || rank(&visit) == rank(b) && visit.cost <= b.cost
         });
         if better {
             records.best = Some(visit);
-            records.is_best_outdated = false;
         }
     }
 
@@ -201,15 +198,17 @@ impl Journal {
     }
 
     /// Sets the `sigmas` in whose units later residuals are, one per measurement. The best point stays, with residuals
-    /// in these units, until another point of its stage is recorded: costs with other sigmas are not comparable.
+    /// and cost in these units ([`Squares::misfit`]).
     pub fn reweight(&self, sigmas: &[f64]) {
         let mut records = self.records();
         if records.sigmas == sigmas {
             return;
         }
         let before = std::mem::replace(&mut records.sigmas, sigmas.to_vec());
-        records.is_best_outdated = true;
         if let Some(best) = &mut records.best {
+            // Without it, the next point would replace a better one.
+            let squares = Squares::new(&best.residuals, &best.counts, &before, best.cost);
+            best.cost = squares.misfit(sigmas);
             let mut residuals = best.residuals.iter_mut();
             for ((count, before), now) in best.counts.iter().zip(&before).zip(sigmas) {
                 residuals.by_ref().take(*count).for_each(|residual| *residual *= before / now);
@@ -315,9 +314,12 @@ mod tests {
         let best = journal.best().expect("a best point");
         assert_eq!(best.residuals, [1.5, 8.0, 5.0]);
         journal.reweight(&[2.0, 0.5]);
+        // (1.5^2 + 8^2 + 5^2)/2 = 45.625: a higher cost in the same units is no better point.
+        assert_eq!(best.cost, 45.625);
         journal.visit(visit(46.0), 2.0);
-        journal.visit(visit(50.0), 3.0);
-        assert_eq!(journal.best().map(|best| best.cost), Some(46.0));
+        assert_eq!(journal.best().map(|best| best.cost), Some(45.625));
+        journal.visit(visit(45.0), 3.0);
+        assert_eq!(journal.best().map(|best| best.cost), Some(45.0));
     }
 
     /// Work is in units of the final mesh, so that the many small simulations of a coarse mesh come first.

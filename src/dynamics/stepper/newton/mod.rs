@@ -423,8 +423,8 @@ impl<D: RodScalar, R: Rod<D>> Newton<D, R> {
 
     /// Corrects the unknowns of `state` until the estimated error is below the tolerance, or the residual is at its
     /// rounding level. The forces at the end follow from the linear system. With kept tangents, the step is linearized
-    /// at the solution. [`Error::Newton`] after [`MAX_ITERATIONS`] corrections, or if the residual is not finite;
-    /// [`Error::SingularTangent`] for a zero pivot.
+    /// at the solution. [`Error::Newton`] after [`MAX_ITERATIONS`] corrections, or if the residual or the last
+    /// correction is not finite; [`Error::SingularTangent`] for a zero pivot.
     #[inline(always)]
     fn solve_to_estimated_error(
         &mut self,
@@ -485,6 +485,12 @@ impl<D: RodScalar, R: Rod<D>> Newton<D, R> {
             size = moved.max(turned);
             // Estimated error, and the cheapest way on.
             next = self.convergence.corrected([moved, turned], formed);
+            // Sizes ignore NaN, so that a correction of NaN would end the iteration.
+            if next == NextIteration::Done && !is_finite(&self.correction[free.clone()]) {
+                let (time, iterations) = (step.time, iteration + 1);
+                let (residual, tolerance) = (f64::NAN, f64::NAN);
+                return Err(Error::Newton { time, iterations, residual, tolerance });
+            }
             if next == NextIteration::Done
                 && !self.slip_state_is_unchanged(step, before, state, size)
             {

@@ -2,14 +2,16 @@
 //!
 //! Input are the optimum with its local analysis, the settings and the seed. Each chain has residuals, a target and a
 //! random stream of its own, so that results do not depend on the number of threads. Draws are corrected for the bias
-//! by mesh and step as the estimates are, and converted to the units of the parameters. Output is a
+//! by mesh and step as the estimates are, but reflected at bounds, and converted to the units of the parameters. The
+//! residuals are those of the simulation: parts that errors of inputs or of the mesh explain stay in them. Output is a
 //! [`SampledPosterior`]: one summary per unknown, and all draws. R-hat above [`LARGEST_R_HAT`], fewer than
 //! [`FEWEST_EFFECTIVE`] effective draws and divergences are a warning. Autocorrelated noise is another one, as the
 //! likelihood is that of white noise. There is no posterior, with a note, where it cannot be normalized: with an
 //! unknown without bounds and prior whose logarithm the data do not determine, and with a measurement without sigma
-//! that has no more values than there are unknowns.
+//! that has no more values than there are unknowns. A note also has the reason where a chain cannot start or move.
 
 use crate::code::Code;
+use crate::error::Error;
 use crate::fit::search::fitted::{Fitted, MeasuredResiduals};
 use crate::fit::uncertainty::covariance::local_analysis::LocalAnalysis;
 use crate::fit::uncertainty::discretization::bias::DiscretizationBias;
@@ -88,25 +90,35 @@ pub(crate) fn sampled_posterior(
         return None;
     }
     let done = AtomicUsize::new(0);
-    let chains: Vec<Option<ParameterChain>> = (0..settings.chains)
+    let chains: Vec<Result<ParameterChain, String>> = (0..settings.chains)
         .into_par_iter()
         .map(|number| parameter_chain(fitted, local, bias, settings, seed, number, &done))
         .collect();
     if search.is_stopped() {
         return None;
     }
-    let Some(chains) = chains.into_iter().collect::<Option<Vec<ParameterChain>>>() else {
-        missing("no chain could start at the optimum. Give bounds");
-        return None;
+    let chains = match chains.into_iter().collect::<Result<Vec<ParameterChain>, String>>() {
+        Ok(chains) => chains,
+        Err(reason) => {
+            missing(&reason);
+            return None;
+        }
     };
-    let divergences = chains.iter().map(|chain| chain.divergences).sum();
+    let divergences: usize = chains.iter().map(|chain| chain.divergences).sum();
     let names = search.unknowns.iter().map(Unknown::to_string).collect();
     let chains = chains.into_iter().map(|chain| chain.draws).collect();
     let draws = PosteriorDraws { names, chains };
     let all = 0..search.unknowns.len();
     let Some(summaries) = all.map(|i| summary(&draws, i, divergences)).collect::<Option<Vec<_>>>()
     else {
-        missing("the chains did not move. Give bounds");
+        missing(&match divergences {
+            0 => "the chains did not move. Give bounds".to_string(),
+            _ => format!(
+                "the chains did not move, because {divergences} of {} draws diverged. Give bounds within which the \
+                 motion can be simulated",
+                settings.chains * settings.draws
+            ),
+        });
         return None;
     };
     warn_of_quality(&draws.names, &summaries, warnings);
@@ -138,8 +150,8 @@ fn improper<'a>(fitted: Fitted<'a>, local: &LocalAnalysis) -> Option<&'a Unknown
     found.map(|(_, (unknown, _))| unknown)
 }
 
-/// Chain `number` in the units of the parameters. `done` counts the draws of all chains, for reports of progress. None
-/// if it cannot start, or after a stop.
+/// Chain `number` in the units of the parameters. `done` counts the draws of all chains, for reports of progress. An
+/// error with the reason, for a message, if it cannot start, or after a stop.
 fn parameter_chain(
     fitted: Fitted,
     local: &LocalAnalysis,
@@ -148,12 +160,15 @@ fn parameter_chain(
     seed: u64,
     number: usize,
     done: &AtomicUsize,
-) -> Option<ParameterChain> {
+) -> Result<ParameterChain, String> {
     let Fitted { search, optimum } = fitted;
-    let density = PosteriorDensity::new(fitted, &local.noise).ok()?;
+    let failed = |error: Error| format!("the simulation at the optimum fails: {error}");
+    let density = PosteriorDensity::new(fitted, &local.noise).map_err(failed)?;
     let bounds: Vec<[f64; 2]> = search.unknowns.iter().map(Unknown::scaled_bounds).collect();
     let is_stopped = || search.is_stopped();
-    let target = StandardizedDensity::new(density, &optimum.x, &bounds, is_stopped).ok()??;
+    let target = StandardizedDensity::new(density, &optimum.x, &bounds, is_stopped)
+        .map_err(failed)?
+        .ok_or("at the optimum the residuals do not depend on all parameters. Give a prior")?;
     let after = || {
         let count = done.fetch_add(1, Ordering::Relaxed) + 1;
         if count.is_multiple_of(REPORTED_DRAWS) {
@@ -161,15 +176,37 @@ fn parameter_chain(
         }
     };
     let SampledChain { draws, log_densities, divergences } =
-        sample_chain(&target, settings, seed, number, after)?;
+        sample_chain(&target, settings, seed, number, after).ok_or_else(|| {
+            format!(
+                "chain {number} has no start near the optimum with a finite density. Give bounds"
+            )
+        })?;
     let draw = |(u, log_density): (&Vec<f64>, f64)| {
         let (x, log_slope) = target.unknowns(u);
         let pairs = search.unknowns.iter().zip(x).enumerate();
-        let values = pairs.map(|(i, (u, x))| u.from_scale(bias.corrected(u, i, x))).collect();
+        let value = |(i, (u, x)): (usize, (&Unknown, f64))| {
+            u.from_scale(corrected_draw(x, bias.correction(i), bounds[i]))
+        };
+        let values = pairs.map(value).collect();
         PosteriorDraw { values, log_density: log_density - log_slope }
     };
     let draws = draws.iter().zip(log_densities).map(draw).collect();
-    Some(ParameterChain { draws, divergences })
+    Ok(ParameterChain { draws, divergences })
+}
+
+/// An unknown `x` of a draw plus its correction for mesh and step, on its scale, reflected at its bounds. Draws that
+/// are clamped to a bound would have a probability there.
+fn corrected_draw(x: f64, correction: f64, [low, high]: [f64; 2]) -> f64 {
+    let moved = x + correction;
+    let reflected = if moved > high {
+        2.0 * high - moved
+    } else if moved < low {
+        2.0 * low - moved
+    } else {
+        moved
+    };
+    // A correction of more than the range is reflected at one bound only.
+    reflected.clamp(low, high)
 }
 
 /// The result for parameter `i` from all draws; none if they do not differ.
@@ -229,5 +266,21 @@ fn warn_of_quality(names: &[String], summaries: &[Posterior], warnings: &mut War
             findings.join(", ")
         );
         warnings.add(Severity::Note, Code::PosteriorNotConverged, text);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Draws near a bound stay different, at their distance from it before the correction less the correction.
+    #[test]
+    fn corrected_draws_are_reflected_at_bounds() {
+        let bounds = [1.0, 3.0];
+        let corrected = |x, correction| corrected_draw(x, correction, bounds);
+        assert_eq!([corrected(2.875, 0.25), corrected(2.75, 0.5)], [2.875, 2.75]);
+        assert_eq!([corrected(1.125, -0.25), corrected(1.5, 0.25)], [1.125, 1.75]);
+        assert_eq!([corrected(1.5, 0.0), corrected(1.5, 9.0)], [1.5, 1.0]);
+        assert_eq!(corrected_draw(2.0, 1.0, [f64::NEG_INFINITY, f64::INFINITY]), 3.0);
     }
 }

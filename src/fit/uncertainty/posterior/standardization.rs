@@ -170,3 +170,37 @@ impl<S: Fn() -> bool> LogDensity for &StandardizedDensity<'_, S> {
         Ok(value + points.iter().map(|point| point.log_slope).sum::<f64>())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Derivatives of every kind of range equal central differences of fourth order, and `number` is the inverse.
+    #[test]
+    fn range_derivatives_equal_differences() {
+        let infinite = f64::INFINITY;
+        let bounds =
+            [[-infinite, infinite], [-1.0, infinite], [-infinite, 2.0], [-1.0, 3.0], [4.0, 4.5]];
+        let h = 1e-3;
+        for range in bounds.map(UnknownRange::new) {
+            for z in [-3.0, -0.7, 0.0, 0.4, 2.5] {
+                let by_z = |f: &dyn Fn(RangePoint) -> f64| {
+                    let at = |steps: f64| f(range.at(z + steps * h));
+                    (8.0 * (at(1.0) - at(-1.0)) - at(2.0) + at(-2.0)) / (12.0 * h)
+                };
+                let point = range.at(z);
+                let pairs = [
+                    (point.slope, by_z(&|p| p.x)),
+                    (point.log_slope, point.slope.abs().ln()),
+                    (point.log_slope_by_z, by_z(&|p| p.log_slope)),
+                    (point.curvature, -by_z(&|p| p.log_slope_by_z)),
+                    (z, range.number(point.x)),
+                ];
+                for (found, expected) in pairs {
+                    let error = (found - expected).abs();
+                    assert!(error < 1e-9 * expected.abs().max(1.0), "{range:?} {z}: {pairs:?}");
+                }
+            }
+        }
+    }
+}
