@@ -82,7 +82,8 @@ impl Problem {
         let keys: Vec<String> = lists
             .into_iter()
             .flat_map(|(table, loads)| loads.iter().enumerate().map(move |own| (table, own)))
-            .filter_map(|(table, (k, load))| is_held(load).then(|| format!("{table}.point[{k}]")))
+            .filter(|(_, (_, load))| is_held(load))
+            .map(|(table, (k, _))| format!("{table}.point[{k}]"))
             .collect();
         let words = format!(
             "the force of {} acts on nodes that a support holds, and does not move the rod. Check the point of the load, \

@@ -62,7 +62,8 @@ pub fn extended_fit(
         terminal::print_note(format_args!("tested without improvement: {term}"));
     }
     let others = uncompared_units(&first);
-    if !others.is_empty() && !(better.is_empty() && failed.is_empty()) {
+    let is_compared = !better.is_empty() || !failed.is_empty();
+    if is_compared && !others.is_empty() {
         terminal::print_note(format_args!(
             "fits are compared by their residuals in {}; those in {} are left out of the comparison",
             compared_unit(&first),
