@@ -241,11 +241,11 @@ fn reference(
     let about = |k: usize| 0.5 * (dot(binormal, a[k]) + dot(binormal, b[k]));
     // Towards the first director, then towards the second one.
     let at_rest = [about(2), -about(1)];
-    let factor = scene.rod.natural_curvature.at(places[i + 1]);
+    let factor = scene.rod.natural_curvature.at_joint(i + 1, places);
     let more = scene.rod.bending_at(i + 1, places);
     let beyond = [0, 1].map(|c| {
         let natural = factor * at_rest[c] + more[c] * length;
         2.0 * ((0.5 * natural).atan() - (0.5 * at_rest[c]).atan())
     });
-    [scene.rod.natural_twist.at(places[i + 1]) * length, -beyond[1], beyond[0]]
+    [scene.rod.natural_twist.at_joint(i + 1, places) * length, -beyond[1], beyond[0]]
 }

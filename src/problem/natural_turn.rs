@@ -56,7 +56,7 @@ fn largest_turn(scene: &Scene, mesh: &Mesh) -> Option<LargestTurn> {
     let joint = |(i, rest): (usize, f64)| {
         let node = i + 1;
         // Both parts may have different directions: the sum of their sizes is an upper bound.
-        let curvature = rod.natural_curvature.at(places[node]).abs() * rest;
+        let curvature = rod.natural_curvature.at_joint(node, &places).abs() * rest;
         let [first, second] = rod.bending_at(node, &places);
         let bending = first.hypot(second) * 0.5 * (mesh.arcs[i] + mesh.arcs[node]);
         LargestTurn { angle: curvature + bending, node, by_bending: bending > curvature }

@@ -178,7 +178,7 @@ impl Model for PlanarModel {
         let joints = line.tributary.joint.iter().zip(curvature).enumerate();
         let mut bending = Vec::new();
         let bend = joints.map(|(i, (l, k))| {
-            let natural = scene.rod.natural_curvature.at(line.places[i + 1]) * *k;
+            let natural = scene.rod.natural_curvature.at_joint(i + 1, &line.places) * *k;
             // EI over the joint's length, times cos^4(phi/2) in the corrected form.
             // A soft clamp reduces the stiffness of the joints next to the wall.
             let own = profile.joint(i).bending[self.second_moment] * l.recip();

@@ -168,7 +168,7 @@ impl<M: Model> Discretized<'_, M> {
         let joint = |i: usize| {
             let rod = &setup.scene.rod;
             let own = joint_curvature(&axes[i], &axes[i + 1]);
-            let factor = rod.natural_curvature.at(places[i + 1]);
+            let factor = rod.natural_curvature.at_joint(i + 1, &places);
             // Natural curvature is per length of the curve, without the corrections at walls.
             let length = (tributary.spin[i] + tributary.spin[i + 1]) * 0.5;
             let more = rod.bending_at(i + 1, &places);

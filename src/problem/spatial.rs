@@ -131,14 +131,14 @@ impl Model for SpatialModel {
             let SectionConstants { bending, torsion, .. } = profile.joint(i);
             let [k1, k2] = bending.map(|ei| clamps.bending(i, ei * per_length));
             let k3 = torsion * per_length;
-            let factor = scene.rod.natural_curvature.at(line.places[i + 1]);
+            let factor = scene.rod.natural_curvature.at_joint(i + 1, &line.places);
             // Natural bending and twist are per length of the curve, without the corrections at
             // walls.
             let length = (line.tributary.spin[i] + line.tributary.spin[i + 1]) * 0.5;
             let bending = scene.rod.bending_at(i + 1, &line.places);
             // Natural curvature: a factor on that at rest, and additional bending; natural twist times length.
             let natural = [0, 1].map(|c| factor * k[c] + bending[c] * length);
-            let twist = scene.rod.natural_twist.at(line.places[i + 1]) * length;
+            let twist = scene.rod.natural_twist.at_joint(i + 1, &line.places) * length;
             // The stiffness `EI1 a a' + EI2 b b' + GJ c c'` over the length of the joint.
             let [a, b, c] = match &rest.slants {
                 Some(slants) => resistances(natural, natural_slant(slants[i], factor, *k, twist)),

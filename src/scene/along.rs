@@ -4,11 +4,12 @@
 //! `rod.natural_curvature`, `rod.natural_twist` and the taper of section and material have this type. A scene file
 //! gives a number, a list with one number for each of equally many equal parts of the length, `{ from, to }`, or `{ at,
 //! factor }`. [`Along::at`] returns the value at a fraction of the rod length: at a boundary of two parts that of the
-//! second, beyond an end that at the end. [`Along::values`] lists the numbers, `shares` their weights in a value, and
-//! `breaks` the inner boundaries of parts as fractions of the length (none of a number and a linear function).
-//! `is_zero` returns whether all are zero. Every number is a parameter of the scene: `key`, `key.0`, `key.1`, ..,
-//! `key.from` and `key.to`, or `key.factor.0` and so on. Empty lists, numbers that are not finite, and arc lengths `at`
-//! that do not ascend from 0 are rejected.
+//! second, beyond an end that at the end. `at_joint` returns that of a joint, of a list the mean over it.
+//! [`Along::values`] lists the numbers, `joint_shares` their weights in the value of a joint, and `breaks` the inner
+//! boundaries of parts as fractions of the length (none of a number and a linear function). `is_zero` returns whether
+//! all are zero. Every number is a parameter of the scene: `key`, `key.0`, `key.1`, .., `key.from` and `key.to`, or
+//! `key.factor.0` and so on. Empty lists, numbers that are not finite, and arc lengths `at` that do not ascend from 0
+//! are rejected.
 
 use crate::error::Error;
 use crate::numerics::scalar::Scalar;
@@ -144,13 +145,46 @@ impl<D: Scalar> Along<D> {
     }
 }
 
+impl<D: Scalar> Along<D> {
+    /// Value of the joint at the inner node `node` of a mesh. `places` are the arc lengths of all nodes, as fractions
+    /// of the rod length. Of a list it is the mean over the joint, which extends to the middles of both adjacent edges;
+    /// else the [value](Self::at) at the node. With the mean, errors by the boundaries of parts are of second order in
+    /// the edge length.
+    pub(crate) fn at_joint(&self, node: usize, places: &[f64]) -> D {
+        match self {
+            Self::Piecewise(values) => {
+                let shares = self.joint_shares(node, places);
+                match shares[..] {
+                    [(part, _)] => values[part],
+                    _ => shares.iter().map(|(part, weight)| values[*part] * *weight).sum(),
+                }
+            }
+            _ => self.at(places[node]),
+        }
+    }
+}
+
 impl<D> Along<D> {
-    /// Indices and weights of the [numbers](Self::values) whose weighted sum is the [value](Self::at) at a fraction of
-    /// the rod length. There is one with weight 1, or both ends of a linear part.
-    pub(crate) fn shares(&self, place: f64) -> Vec<(usize, f64)> {
+    /// Indices and weights of the [numbers](Self::values) whose weighted sum is the [value](Self::at_joint) of the
+    /// joint at an inner node: those of all parts of a list that overlap the joint, one number with weight 1, or both
+    /// ends of a linear part.
+    pub(crate) fn joint_shares(&self, node: usize, places: &[f64]) -> Vec<(usize, f64)> {
+        let place = places[node];
         match self {
             Self::Whole(_) => vec![(0, 1.0)],
-            Self::Piecewise(values) => vec![(part(place, values.len()), 1.0)],
+            Self::Piecewise(values) => {
+                let parts = values.len();
+                let [from, to] =
+                    [0.5 * (places[node - 1] + place), 0.5 * (place + places[node + 1])];
+                let first = part(from, parts);
+                // A joint that ends at a boundary, but for rounding, has no share of the part behind it.
+                let last = part(to - 2.0 * PLACE_ROUNDING / parts as f64, parts).max(first);
+                // Beyond the ends the first and the last part continue.
+                let boundary = |part: usize| (part as f64 / parts as f64).clamp(from, to);
+                let end = |part: usize| if part == last { to } else { boundary(part + 1) };
+                let start = |part: usize| if part == first { from } else { boundary(part) };
+                (first..=last).map(|k| (k, (end(k) - start(k)) / (to - from))).collect()
+            }
             Self::Linear(_) => {
                 let place = place.clamp(0.0, 1.0);
                 vec![(0, 1.0 - place), (1, place)]

@@ -88,7 +88,7 @@ mod tests {
     };
 
     /// The largest good step of a scene with a structure is that without a warning of its recording: an oscillation of
-    /// 5 Hz in 100 frames per second has a bandwidth of about 5 Hz, with ten steps per period 0.02 s.
+    /// 5 Hz in 100 frames per second has a bandwidth of 5 to 10 Hz, and ten steps per period are 0.01 s to 0.02 s.
     #[test]
     fn recording_of_a_structure_limits_the_good_step() {
         let text = "[[rods]]\nname = \"a\"\nsegments = 20\n\
@@ -112,7 +112,8 @@ mod tests {
         assert_eq!(scene.largest_good_step(), f64::INFINITY);
         scene.structure = Some(Box::new(structure.clone()));
         let step = scene.largest_good_step();
-        assert!((step / 0.02 - 1.0).abs() < 0.2, "{step}");
+        // At least the 5 Hz of the oscillation; the spectrum of a finite recording is wider.
+        assert!(step > 0.01 && step <= 0.02, "{step}");
         let has_warning = |step: f64| recording.step_warning(&structure.supports, step).is_some();
         assert!(has_warning(1.01 * step) && !has_warning(step), "{step}");
     }

@@ -336,6 +336,36 @@ fn natural_bending_between_pairs_converges_to_second_order() {
     assert!((3.3..5.0).contains(&(coarse / half)), "{coarse} {half}");
 }
 
+/// A list of two factors on the natural curvature of an arc: without loads the rod consists of two circular arcs of the
+/// curvatures `k1` and `k2`. Its tip converges to theirs to second order, wherever the boundary lies in the mesh.
+#[test]
+fn listed_natural_curvature_gives_arcs_to_second_order() {
+    let angle = 1.2;
+    let [k1, k2] = [0.5, 1.5].map(|factor| factor * angle / LENGTH);
+    let [a1, a2] = [0.5 * LENGTH * k1, 0.5 * LENGTH * (k1 + k2)];
+    let x = a1.sin() / k1 + (a2.sin() - a1.sin()) / k2;
+    let y = (1.0 - a1.cos()) / k1 + (a1.cos() - a2.cos()) / k2;
+    for dimension in [Dimension::Auto, Dimension::Spatial] {
+        let error = |segments: usize| {
+            let mut scene = rod(segments, circle(), &Taper::default());
+            let text = format!("kind = \"arc\"\nlength = {LENGTH}\nangle = {angle}");
+            scene.rod.shape = toml::from_str(&text).unwrap();
+            scene.rod.dimension = dimension;
+            scene.rod.natural_curvature = vec![0.5, 1.5].into();
+            let tip = rest(&scene).tip;
+            (tip[0] - x).hypot(tip[1] - y)
+        };
+        for segments in [50, 51, 53] {
+            let [coarse, half] = [error(segments), error(2 * segments)];
+            println!(
+                "{dimension:?}: {coarse:.2e} m with {segments} edges, {half:.2e} m with twice as many"
+            );
+            assert!((3.3..5.0).contains(&(coarse / half)), "{segments}: {coarse} {half}");
+            assert!(coarse < 2e-4 * LENGTH, "{segments}: {coarse}");
+        }
+    }
+}
+
 /// Lists at arc lengths end with the rod; in a scene that is saved after its length has changed they do again.
 #[test]
 fn lists_at_arc_lengths_end_with_the_rod() {

@@ -45,13 +45,13 @@ impl NaturalStrains {
         }
     }
 
-    /// The entries of the list from which the value at the inner node `node` is interpolated, with their weights.
-    /// `places` are the arc lengths of all nodes, as fractions of the rod length.
+    /// The entries of the list of which the value of the joint at the inner node `node` is the weighted sum, with their
+    /// weights. `places` are the arc lengths of all nodes, as fractions of the rod length.
     fn shares(self, scene: &Scene, node: usize, places: &[f64]) -> Vec<(usize, f64)> {
         let rod = &scene.rod;
         match self {
-            Self::Curvature => rod.natural_curvature.shares(places[node]),
-            Self::Twist => rod.natural_twist.shares(places[node]),
+            Self::Curvature => rod.natural_curvature.joint_shares(node, places),
+            Self::Twist => rod.natural_twist.joint_shares(node, places),
             Self::Bending(_) => rod.bending_shares(node, places).into_iter().flatten().collect(),
         }
     }
