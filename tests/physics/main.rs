@@ -17,6 +17,7 @@ mod generalised_alpha;
 mod hard_cases;
 mod helix;
 mod hyperelastic;
+mod moved_obstacles;
 mod newton;
 mod nonlinear_bending;
 mod numerical_damping;
