@@ -14,6 +14,8 @@ const POINTS: usize = 16;
 /// Measures of a run.
 #[derive(Clone, Copy, Debug)]
 pub struct Outcome {
+    /// Whether an obstacle moves.
+    pub moved: bool,
     /// Largest rise of the energy above its lowest value before, over the largest kinetic energy.
     pub rise: f64,
     /// Largest overlap with an obstacle over the radius of the rod; from 1 on the axis of the rod is inside.
@@ -221,5 +223,12 @@ pub fn run(scene: &Scene) -> Result<Outcome, Error> {
         }
     }
     let overlap = (1.0 - closest / radius).max(0.0);
-    Ok(Outcome { rise: rise / kinetic, overlap, steps: run.work().steps })
+    let moves = |contact: &Contact| match contact {
+        Contact::Plane { motion, .. }
+        | Contact::Sphere { motion, .. }
+        | Contact::Cylinder { motion, .. }
+        | Contact::Capsule { motion, .. } => !motion.is_empty(),
+    };
+    let moved = scene.contacts.iter().any(moves);
+    Ok(Outcome { moved, rise: rise / kinetic, overlap, steps: run.work().steps })
 }

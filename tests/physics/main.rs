@@ -10,6 +10,7 @@ mod contact_losses;
 mod corrections;
 mod damping;
 mod drag;
+mod drops;
 mod energy;
 mod explicit_schemes;
 mod follower_loads;
