@@ -45,7 +45,7 @@ frame_products frames free_run frequencies frequencies_form gauge gauss_newton g
 hash held_nodes hermite hessian hints history html hyperelastic hyperelastic_stretch identifiability inertia
 init initial initial_sigmas input input_changes input_directions input_errors input_sensitivities inspect
 inspection inspection_summary job_script joined_rods joint joint_law journal known lanczos lanes largest_step
-law layout ldlt levenberg_marquardt limit limits line_loads linearization linearized links lists
+law layout ldlt levenberg_marquardt limit limits line_loads line_search linearization linearized links lists
 load_deflection load_deflection_form loads local_analysis local_minima loss lowest_eigenvalues lu marker
 marker_place mass material maxwell measured_run measurement measurement_tables measures member mesh minimum
 minimum_comparison misfit missing_keys mode mode_numbers model model_with_setup modes moments momentum motion

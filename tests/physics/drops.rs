@@ -5,7 +5,7 @@ mod scenes;
 use scenes::{Outcome, run, scene};
 
 /// Largest rise of the energy above its lowest value before, over the largest kinetic energy: half of the gain at which a
-/// run ends. `cargo run --release --example drops -- 300` has at most 0.04.
+/// run ends. `cargo run --release --example drops -- 150` has at most 0.045.
 const RISE: f64 = 0.05;
 
 /// No run fails, no axis of an edge gets into an obstacle, and the energy does not rise. Full corrections of Newton's method
