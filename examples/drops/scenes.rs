@@ -93,7 +93,7 @@ pub fn scene(seed: u64) -> Result<Scene, Error> {
         damping,
         friction,
         slip_velocity: None,
-        motion: if seed % 3 == 0 { belt } else { Vec::new() },
+        motion: if seed.is_multiple_of(3) { belt } else { Vec::new() },
     });
     for _ in 0..random.random_range(0..4) {
         let size = log(random, 2.0 * radius, 8.0 * radius);

@@ -12,7 +12,7 @@ const RISE: f64 = 0.05;
 /// fail in scenes 1, 4, 5 and 30.
 #[test]
 fn rods_that_fall_on_obstacles_do_not_pass_them_and_gain_no_energy() {
-    for seed in [1, 2, 4, 5, 6, 7, 10, 19, 30, 40] {
+    for seed in [1, 4, 5, 7, 30] {
         let Outcome { moved, rise, overlap, steps } = run(&scene(seed).unwrap()).unwrap();
         println!("{seed}: moved {moved}, rise {rise:.1e}, overlap {overlap:.3}, {steps} steps");
         assert!(rise < RISE && overlap < 1.0, "{seed}: {rise} {overlap}");
