@@ -4,7 +4,7 @@
 //! `cargo run --release --example elastic_foundation`
 
 use rodfit::check::{Tolerance, check_problem};
-use rodfit::energy::{At, By, Curvatures, Directors, OwnEnergy, Place, Slopes};
+use rodfit::energy::{Argument, At, Directors, EnergyGradient, EnergyHessian, OwnEnergy, Place};
 use rodfit::numerics::vector::{Vector, dot, scale, sub};
 use rodfit::scene::number::Quantity;
 use rodfit::scene::{Material, Scene, Section, Shape, Time};
@@ -56,9 +56,9 @@ impl OwnEnergy<1, 1> for ByHand {
         [k]: &[D; 1],
         [x]: &[Vector<D>; 1],
         _: &[Directors<D>],
-    ) -> Option<Slopes<D, 1>> {
+    ) -> Option<EnergyGradient<D, 1>> {
         let force = scale(sub(*x, place.node(0)), *k * place.length());
-        Some(Slopes::default().with(By::Node(0), force))
+        Some(EnergyGradient::default().with(Argument::Node(0), force))
     }
 
     fn hessian<D: Scalar>(
@@ -67,10 +67,10 @@ impl OwnEnergy<1, 1> for ByHand {
         [k]: &[D; 1],
         _: &[Vector<D>; 1],
         _: &[Directors<D>],
-    ) -> Option<Curvatures<D, 1>> {
+    ) -> Option<EnergyHessian<D, 1>> {
         let (stiffness, zero) = (*k * place.length(), D::from(0.0));
         let block = [0, 1, 2].map(|r| [0, 1, 2].map(|c| if r == c { stiffness } else { zero }));
-        Some(Curvatures::default().with(By::Node(0), By::Node(0), block))
+        Some(EnergyHessian::default().with(Argument::Node(0), Argument::Node(0), block))
     }
 
     fn keeps_plane(&self, _: &[f64; 1], _: [f64; 3], _: [f64; 3]) -> bool {

@@ -11,7 +11,7 @@ use rodfit::fit::{Field, FieldFit, Sample};
 use rodfit::scene::{
     Dimension, InitialState, Material, PointForce, Scene, Scheme, Section, Shape, Time,
 };
-use rodfit::{Error, Observation, Parameter, Point, Problem, Reversible};
+use rodfit::{AdjointRun, Error, Observation, Parameter, Point, Problem};
 use std::time::Instant;
 
 /// Standard deviation of every coordinate, m.
@@ -76,7 +76,7 @@ fn costs(problem: &Problem) -> Result<(), Error> {
     // The adjoint method stores the run within a limit of memory, and recomputes parts that do not fit.
     let back = |bytes: usize| -> Result<f64, Error> {
         least(|| {
-            let run = Reversible::run_within(problem, &[tip], steps, bytes)?;
+            let run = AdjointRun::run_within(problem, &[tip], steps, bytes)?;
             let mut slopes = run.slopes();
             for k in 0..=steps {
                 slopes.add_motion(tip, k, [[1.0, 1.0, 0.0], [0.0; 3]])?;

@@ -52,7 +52,7 @@ step = 5e-3
 "#;
 
 /// The coordinates of the arm's tip at all times, m; `seed` returns the value of an identified parameter by its index.
-fn tip<D: rodfit::numerics::scalar::Nestable>(
+fn tip<D: rodfit::numerics::scalar::RodScalar>(
     structure: &Structure,
     seed: impl Fn(usize) -> D,
 ) -> Result<Vec<D>, Error> {

@@ -1,7 +1,7 @@
 //! What is done with bytes that nobody vouches for: everything that is read, validated and inspected before anything is
 //! computed. Any panic, hang or gigabyte of memory is a fault; errors are what should come of most.
 
-use rodfit::accuracy::Aim;
+use rodfit::accuracy::Calculation;
 use rodfit::campaign::{Admission, Collected, Outcome, Plan, Shard, Status, Store};
 use rodfit::fit::{ColumnKey, ColumnRule, ColumnRules};
 use rodfit::fit::{FitFile, Format, Inspection, Recording, RestShape};
@@ -232,7 +232,7 @@ fn simulation(text: &str, folder: &Path) -> bool {
     if nodes(&scene) > MOST_NODES_IN_MOTION {
         return false;
     }
-    let Ok(problem) = scene.problem_for(Aim::Guess) else { return false };
+    let Ok(problem) = scene.problem_for(Calculation::Guess) else { return false };
     if problem.nodes() > MOST_NODES_IN_MOTION {
         return false;
     }
@@ -264,7 +264,7 @@ fn scene(text: &str, folder: &Path) -> bool {
         return true;
     }
     // What is left open is guessed, and not found by simulations.
-    let Ok(problem) = scene.problem_for(Aim::Guess) else { return false };
+    let Ok(problem) = scene.problem_for(Calculation::Guess) else { return false };
     let _ = (ParameterList::of(&problem), problem.warnings());
     // What is written is read again.
     let written = scene.to_toml().expect("a scene that was read can be written");

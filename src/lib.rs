@@ -140,7 +140,7 @@ pub use code::Code;
 #[doc(hidden)]
 #[deprecated(since = "0.2.0", note = "renamed to TrajectorySlopes")]
 pub use dynamics::TrajectorySlopes as Slopes;
-pub use dynamics::{Reversible, Snapshot, Trajectory, TrajectorySlopes};
+pub use dynamics::{AdjointRun, Snapshot, Trajectory, TrajectorySlopes};
 pub use energy::{Analytic, Derivatives, Energy};
 pub use error::Error;
 pub use fit::{Fit, FitReport, Observation, Unknown};

@@ -49,7 +49,7 @@ fn fitted(seed: u64) -> Result<Outcome, Error> {
     };
     let samples = (1..=SAMPLES).map(&mut sample).collect::<Result<_, _>>()?;
     // The fit chooses its own numerics, with a larger error than that of the truth.
-    let open = read(&text, "", "", "")?.problem_for(rodfit::accuracy::Aim::Guess)?;
+    let open = read(&text, "", "", "")?.problem_for(rodfit::accuracy::Calculation::Guess)?;
     let fit = Fit::new(&open)
         .observe(Observation::new(samples))
         .identify(Unknown::new(Parameter::YoungsModulus));

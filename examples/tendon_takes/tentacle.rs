@@ -4,7 +4,7 @@
 //! [`Model`] is the list of its parameters and the law of its material. [`fit`] identifies the parameters from some takes,
 //! and [`predict`] computes the markers with given values.
 
-use rodfit::fit::{Analysis, Experiment, FitReport, Refinement, RestShape, Sighting};
+use rodfit::fit::{Analysis, Experiment, FitReport, Refinement, RestShape, ShapePoint};
 use rodfit::{Fit, Parameter, Point, Scene, Unknown};
 use std::error::Error;
 
@@ -106,7 +106,7 @@ pub fn scene(model: &Model, tensions: [f64; 2]) -> Result<Scene, rodfit::Error> 
 /// A take as an experiment; `sigma` is the standard deviation of its coordinates, m, or `None` to estimate it.
 fn experiment(model: &Model, take: &Take, sigma: Option<f64>) -> Result<Experiment, rodfit::Error> {
     let sightings = MARKERS.iter().zip(&take.markers).map(|((arc_length, offset), position)| {
-        Sighting::new(Point::ArcLength(*arc_length), position.map(Some)).offset(*offset)
+        ShapePoint::new(Point::ArcLength(*arc_length), position.map(Some)).offset(*offset)
     });
     let mut shape = RestShape::new(sightings.collect());
     if let Some(sigma) = sigma {

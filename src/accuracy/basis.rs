@@ -9,7 +9,7 @@
 //! search: numerics, step in s, estimated error (none if unknown), and the reason if the requested error is not
 //! reached.
 
-use crate::accuracy::aim::allowed_edges;
+use crate::accuracy::calculation::allowed_edges;
 use crate::accuracy::refinement::{ErrorModel, Free, RefinementFactors, work};
 use crate::accuracy::trial::{Numerics, TrialRun};
 use crate::scene::Scene;

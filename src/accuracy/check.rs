@@ -15,8 +15,8 @@
 //! compares each state of the run with the trial run. `RunCheck::assess` takes the outcome of the run and the monitor,
 //! and returns the decision (`RunAssessment`): accepted with its error, or to be repeated with other numerics.
 
-use crate::accuracy::aim::{RUN_TOLERANCE, set_newton_tolerance};
 use crate::accuracy::basis::Basis;
+use crate::accuracy::calculation::{RUN_TOLERANCE, set_newton_tolerance};
 use crate::accuracy::refinement::{ErrorModel, RefinementFactors};
 use crate::accuracy::trial::{Numerics, PARTS, RunCost, comparison_points, largest_stable_step};
 use crate::dynamics::record::Record;

@@ -7,7 +7,7 @@
 //! is 1 also after a jump of velocities. [`step_order`] is the order of the scheme, or 1 for Newmark's method with
 //! numerical damping.
 
-use crate::accuracy::aim::begins_with_velocity_jump;
+use crate::accuracy::calculation::begins_with_velocity_jump;
 use crate::scene::{Scene, Time};
 
 /// A refinement of mesh or step by a factor `r`, whose error falls with `r^p`; a factor below one is a coarser run.

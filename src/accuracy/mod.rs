@@ -13,9 +13,9 @@
 //! Errors are invalid scenes and files, and of equilibria and modes failed solutions. `cargo run --release --example
 //! chosen_numerics` compares estimated with true errors, and gives the costs.
 
-mod aim;
 mod basis;
 mod beside_walls;
+mod calculation;
 mod check;
 mod difference;
 mod extrapolation;
@@ -27,7 +27,7 @@ mod static_mesh;
 mod trial;
 mod tuning;
 
-pub use aim::Aim;
+pub use calculation::Calculation;
 pub use check::{Attempt, RunAssessment, RunCheck, RunMonitor, run_checked, simulate_checked};
 
 pub(crate) use difference::{Positions, largest_distance};
@@ -35,9 +35,11 @@ pub(crate) use extrapolation::{Extrapolation, smooth_mesh_order, step_order};
 pub(crate) use refinement::ErrorModel;
 pub(crate) use trial::largest_step;
 
-use crate::accuracy::aim::{MAX_SEGMENTS, RUN_TOLERANCE, allowed_edges, set_newton_tolerance};
 use crate::accuracy::basis::ChosenMotion;
 use crate::accuracy::beside_walls::edges_beside_walls;
+use crate::accuracy::calculation::{
+    MAX_SEGMENTS, RUN_TOLERANCE, allowed_edges, set_newton_tolerance,
+};
 use crate::accuracy::motion::MotionSearch;
 use crate::accuracy::static_mesh::{StaticMesh, choose_static_mesh};
 use crate::error::Error;
@@ -79,7 +81,7 @@ impl Scene {
     /// [`Error::Invalid`] with file, key, found and allowed content. Where something is to be chosen, also those of
     /// reading data files and of the trial solutions.
     pub fn problem(&self) -> Result<Problem, Error> {
-        self.problem_for(if self.time.is_some() { Aim::Motion } else { Aim::Rest })
+        self.problem_for(if self.time.is_some() { Calculation::Motion } else { Calculation::Rest })
     }
 
     /// The problem of a simulation with its chosen numerics, estimated error and the work of the search, and the check
@@ -96,7 +98,7 @@ impl Scene {
         if self.time.is_none() || !open.any() && self.accuracy.is_none() {
             return Ok((self.problem()?, None));
         }
-        let first = InitialNumerics::of(self, Aim::Motion)?;
+        let first = InitialNumerics::of(self, Calculation::Motion)?;
         let (ChosenMotion { numerics, step, error, bound, basis }, work) =
             most_accurate_motion(&first)?;
         let scene = first.scene;
@@ -122,20 +124,20 @@ impl Scene {
     /// # Errors
     ///
     /// Those of [`problem`](Self::problem), and of the trial solutions.
-    pub fn problem_for(&self, aim: Aim) -> Result<Problem, Error> {
+    pub fn problem_for(&self, calculation: Calculation) -> Result<Problem, Error> {
         self.validate()?;
         let open = self.left_open();
-        let checked = self.accuracy.is_some() && aim == Aim::Motion;
+        let checked = self.accuracy.is_some() && calculation == Calculation::Motion;
         if !open.any() && !checked {
             return self.build();
         }
-        if aim == Aim::Motion {
+        if calculation == Calculation::Motion {
             return Ok(self.checked_problem()?.0);
         }
-        let InitialNumerics { scene, edges, step, .. } = InitialNumerics::of(self, aim)?;
-        let StaticMesh { segments, error, bound } = match aim {
-            Aim::Rest | Aim::Modes(_) if open.segments => {
-                choose_static_mesh(&scene, aim, edges, step)?
+        let InitialNumerics { scene, edges, step, .. } = InitialNumerics::of(self, calculation)?;
+        let StaticMesh { segments, error, bound } = match calculation {
+            Calculation::Rest | Calculation::Modes(_) if open.segments => {
+                choose_static_mesh(&scene, calculation, edges, step)?
             }
             _ => StaticMesh { segments: edges, error: None, bound: None },
         };
@@ -159,7 +161,8 @@ fn most_accurate_motion(first: &InitialNumerics) -> Result<(ChosenMotion, f64), 
     let (mut work, mut bound) = (search.work(), best.bound);
     while bound == Some(Bound::Work) && scene.asked() < LARGEST_REQUEST {
         scene.accuracy = Some((LOWERED_REQUEST * scene.asked()).min(LARGEST_REQUEST));
-        let InitialNumerics { scene, step, guess, .. } = InitialNumerics::of(&scene, Aim::Motion)?;
+        let InitialNumerics { scene, step, guess, .. } =
+            InitialNumerics::of(&scene, Calculation::Motion)?;
         let mut search = MotionSearch::new(&scene, guess)?;
         let other = search.choose(step)?;
         work += search.work();
@@ -191,11 +194,11 @@ impl InitialNumerics {
     /// The numerics with which the search begins for a scene and a purpose: the first number of edges and the first
     /// step, s (0 without `[time]`). Reads the files of the rod's shape. An error for such a file, or for a rod that
     /// needs more than [`MAX_SEGMENTS`] edges.
-    fn of(scene: &Scene, aim: Aim) -> Result<Self, Error> {
+    fn of(scene: &Scene, calculation: Calculation) -> Result<Self, Error> {
         let mut scene = scene.clone();
         let path = scene.path.clone();
         scene.read_shapes().map_err(|error| error.in_file(path.as_deref()))?;
-        let edges = first_edges(&scene, aim)?;
+        let edges = first_edges(&scene, calculation)?;
         let step = first_step(&scene, edges)?;
         let guess = scene.resolved(edges, step);
         Ok(Self { scene, edges, step, guess })
@@ -207,16 +210,16 @@ impl InitialNumerics {
 /// most [`FIRST_TURN`] per edge. Modes have at least two edges each. Loads beside walls act on free nodes
 /// ([`edges_beside_walls`]). An error above [`MAX_SEGMENTS`]. The number is then rounded up so that markers of a
 /// recorded path are at nodes.
-fn first_edges(scene: &Scene, aim: Aim) -> Result<usize, Error> {
+fn first_edges(scene: &Scene, calculation: Calculation) -> Result<usize, Error> {
     let shape = &scene.rod.shape;
     // Edges are chords: too few of them would change the shape of a curved rod.
     let turning = turning(scene, shape.turning().unwrap_or(0.0), shape.length());
-    let fine = match aim {
-        Aim::Motion => FIRST_EDGES,
+    let fine = match calculation {
+        Calculation::Motion => FIRST_EDGES,
         _ => FIRST_EDGES_STILL * fineness(scene),
     };
     // Mode k has about k half waves, with two edges each at least.
-    let modes = if let Aim::Modes(count) = aim { 2.0 * count as f64 } else { 0.0 };
+    let modes = if let Calculation::Modes(count) = calculation { 2.0 * count as f64 } else { 0.0 };
     // Loads and masses beside a wall act on free nodes.
     let beside_walls = edges_beside_walls(scene, shape.length());
     let edges = fine.max(turning / FIRST_TURN).max(modes).max(beside_walls).ceil() as usize;

@@ -24,8 +24,8 @@
 //! Neither part is refined far without the other. Large steps damp the modes that finer edges would add, and a coarse
 //! mesh lacks the modes that smaller steps would reveal.
 
-use crate::accuracy::aim::allowed_edges;
 use crate::accuracy::basis::{Basis, ChosenMotion};
+use crate::accuracy::calculation::allowed_edges;
 use crate::accuracy::difference::{Positions, RefinementSequence, UNRELATED, largest_distance};
 use crate::accuracy::refinement::{ErrorModel, Free, MAX_EXTRAPOLATION, RefinementFactors};
 use crate::accuracy::rodas4::{self, Alternative};

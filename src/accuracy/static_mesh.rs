@@ -12,7 +12,9 @@
 //! reached. Output: [`StaticMesh`] with the number of edges, the estimated error (over the length, or relative for
 //! modes), and the reason in that case. Failed solutions are errors.
 
-use crate::accuracy::aim::{Aim, MAX_SEGMENTS, MAX_SEGMENTS_OF_MODES, allowed_edges};
+use crate::accuracy::calculation::{
+    Calculation, MAX_SEGMENTS, MAX_SEGMENTS_OF_MODES, allowed_edges,
+};
 use crate::accuracy::difference::{OrderBounds, Positions, RefinementSequence, largest_distance};
 use crate::accuracy::extrapolation::order_of_mesh;
 use crate::accuracy::trial::comparison_points;
@@ -70,22 +72,22 @@ pub(super) struct StaticMesh {
 /// Those of the solutions, and of building a problem.
 pub(super) fn choose_static_mesh(
     scene: &Scene,
-    aim: Aim,
+    calculation: Calculation,
     first: usize,
     step: f64,
 ) -> Result<StaticMesh, Error> {
     let (order, allowed) = (order_of_mesh(scene), TARGET_PART * scene.asked());
     let mut differences = RefinementSequence::new(order_bounds(order));
     let (mut segments, mut before, mut has_failed) = (first, None, false);
-    let (most, least) = match aim {
-        Aim::Modes(count) => (MAX_SEGMENTS_OF_MODES.max(first), 2 * count),
+    let (most, least) = match calculation {
+        Calculation::Modes(count) => (MAX_SEGMENTS_OF_MODES.max(first), 2 * count),
         _ => (MAX_SEGMENTS, 2),
     };
     // The search ends before its target, which is below the requested error, but perhaps within the latter.
     let bound =
         |error: Option<f64>| error.is_none_or(|error| error > scene.asked()).then_some(Bound::Work);
     loop {
-        let now = match compared_quantities(&scene.resolved(segments, step).build()?, aim) {
+        let now = match compared_quantities(&scene.resolved(segments, step).build()?, calculation) {
             // A coarse mesh may have no equilibrium where a finer one has.
             Err(Error::Equilibrium { .. }) if 2 * segments <= most => None,
             compared => Some(compared?),
@@ -143,8 +145,8 @@ fn logarithm(frequency: f64) -> [f64; 3] {
 /// The quantities of a mesh that are compared. For an equilibrium the positions of the [`comparison_points`] of
 /// [`PARTS`] parts, over the length. For modes the [logarithm] of each frequency, about the equilibrium, or about the
 /// rest shape where there is none. Error: the equilibrium, or modes about both, cannot be computed.
-fn compared_quantities(problem: &Problem, aim: Aim) -> Result<Positions, Error> {
-    if let Aim::Modes(count) = aim {
+fn compared_quantities(problem: &Problem, calculation: Calculation) -> Result<Positions, Error> {
+    if let Calculation::Modes(count) = calculation {
         // A rod without an equilibrium has modes about its unstressed shape.
         let found = problem
             .modes(count, LinearizationPoint::Equilibrium)

@@ -16,7 +16,7 @@
 //! `RunCost` the cost model of a problem. `ITERATIONS` is the mean number of Newton iterations of a step of
 //! generalised-alpha.
 
-use crate::accuracy::aim::{TRIAL_TOLERANCE, set_newton_tolerance};
+use crate::accuracy::calculation::{TRIAL_TOLERANCE, set_newton_tolerance};
 use crate::accuracy::difference::Positions;
 use crate::accuracy::samples::sample_times;
 use crate::dynamics::record::Record;

@@ -7,7 +7,7 @@
 //! are lower. [`Tuning::of`] returns the set of a scene: target error over the requested one, growth limits of the
 //! work, bounds of orders and their reduction.
 
-use crate::accuracy::aim::begins_with_velocity_jump;
+use crate::accuracy::calculation::begins_with_velocity_jump;
 use crate::accuracy::difference::OrderBounds;
 use crate::problem::Problem;
 use crate::scene::{InitialState, Scene};

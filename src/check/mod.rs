@@ -1,6 +1,6 @@
 //! Comparison of hand-derived derivatives with dual numbers (num-dual) and with finite differences.
 //!
-//! The error of an entry is relative to the sum of its absolute terms ([`Terms`]), which distinguishes rounding errors
+//! The error of an entry is relative to the sum of its absolute terms ([`CancellationBound`]), which distinguishes rounding errors
 //! of a cancellation from a wrong formula. The sum includes the change of the terms by rounding errors of the strains,
 //! so that an element at rest, whose terms vanish, is not compared with zero. Finite differences (`finite_difference`),
 //! each at its best step, have a verdict of their own: whether both derivatives are those of the energy. [`check`]
@@ -22,7 +22,7 @@ mod random_states;
 mod scaled;
 mod scene;
 
-pub use crate::numerics::term_bound::Terms;
+pub use crate::numerics::term_bound::CancellationBound;
 pub use own::{Configuration, NodesAndEdges, check_own};
 pub use scaled::Scaled;
 pub use scene::check_problem;
@@ -206,7 +206,7 @@ impl CheckReport {
 
     /// Compares the hand-derived gradient and Hessian of `energy` at the unknowns `q` with dual numbers and finite
     /// differences, and adds the errors and one state to this report. `element` names the energy, `dof(i)` its unknown
-    /// `i`. Errors are relative to the sum of absolute terms ([`Terms`]).
+    /// `i`. Errors are relative to the sum of absolute terms ([`CancellationBound`]).
     pub fn compare<const N: usize>(
         &mut self,
         energy: &impl Analytic<N>,
@@ -217,7 +217,7 @@ impl CheckReport {
         // DerivativeSources of any size share one comparison: the number of unknowns is not a type there.
         let array = |q: &[f64]| *q.first_chunk::<N>().expect("so many unknowns");
         // One evaluation with bounds of the terms gives the sizes of all derivatives.
-        let terms = energy.energy(&Terms::rounded_unknowns(q).map(OutOfLine)).0;
+        let terms = energy.energy(&CancellationBound::rounded_unknowns(q).map(OutOfLine)).0;
         let routes = DerivativeSources {
             energy: &|q| energy.energy(&array(q)),
             gradient: &|q| energy.gradient(&array(q)).to_vec(),

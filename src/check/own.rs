@@ -12,8 +12,8 @@
 //! directors). `EnergyAt` is a user-defined energy at one place of a rod.
 
 use crate::check::{CheckReport, DerivativeSources, GradientAndHessian, Tolerance};
-use crate::energy::adapter::{AnyEnergy, MOST, Over, OwnLocal, Site};
-use crate::energy::own::{By, OwnEnergy};
+use crate::energy::adapter::{AnyEnergy, ElementContext, EnergyOver, MOST, OwnLocal};
+use crate::energy::own::{Argument, OwnEnergy};
 use crate::energy::place::{Directors, Place, numbers};
 use crate::energy::{Analytic, Derivatives, Energy};
 use crate::numerics::scalar::Scalar;
@@ -48,7 +48,7 @@ pub struct NodesAndEdges<const N: usize> {
 ///
 /// ```
 /// use rodfit::check::{Configuration, NodesAndEdges, Tolerance, check_own};
-/// use rodfit::energy::{By, Curvatures, Directors, OwnEnergy, Place, Slopes};
+/// use rodfit::energy::{Argument, EnergyHessian, Directors, OwnEnergy, Place, EnergyGradient};
 /// use rodfit::numerics::vector::{Vector, scale, sub};
 /// use rodfit::{Scalar, scene::number::Quantity};
 ///
@@ -66,16 +66,16 @@ pub struct NodesAndEdges<const N: usize> {
 ///     }
 ///     fn gradient<D: Scalar>(
 ///         &self, _: &Place<D>, [k]: &[D; 1], [x]: &[Vector<D>; 1], _: &[Directors<D>],
-///     ) -> Option<Slopes<D, 1>> {
+///     ) -> Option<EnergyGradient<D, 1>> {
 ///         let way = sub(*x, self.0.map(D::from));
-///         Some(Slopes::default().with(By::Node(0), scale(way, *k)))
+///         Some(EnergyGradient::default().with(Argument::Node(0), scale(way, *k)))
 ///     }
 ///     fn hessian<D: Scalar>(
 ///         &self, _: &Place<D>, [k]: &[D; 1], _: &[Vector<D>; 1], _: &[Directors<D>],
-///     ) -> Option<Curvatures<D, 1>> {
+///     ) -> Option<EnergyHessian<D, 1>> {
 ///         let entry = |r, c| if r == c { *k } else { D::from(0.0) };
 ///         let block = [0, 1, 2].map(|r| [0, 1, 2].map(|c| entry(r, c)));
-///         Some(Curvatures::default().with(By::Node(0), By::Node(0), block))
+///         Some(EnergyHessian::default().with(Argument::Node(0), Argument::Node(0), block))
 ///     }
 /// }
 ///
@@ -107,7 +107,7 @@ where
         let inputs: Vec<f64> = now.collect();
         let name = format!("state {k}");
         let dof = |i: usize| {
-            let by = By::all(N).nth(i / 3).expect("so many inputs");
+            let by = Argument::all(N).nth(i / 3).expect("so many inputs");
             format!("{by:?}.{}", ["x", "y", "z"][i % 3])
         };
         macro_rules! sized {
@@ -170,7 +170,7 @@ impl<E: OwnEnergy<N, P>, const N: usize, const P: usize, const M: usize> Analyti
             .with(inputs, |place, p, nodes, edges| self.energy.gradient(place, p, nodes, edges));
         // Without a gradient by hand both sides of the comparison are dual numbers.
         let Some(slopes) = slopes else { return crate::check::dual_gradient(self, inputs) };
-        let all: Vec<Vector<f64>> = By::all(N).map(|by| slopes.by(by)).collect();
+        let all: Vec<Vector<f64>> = Argument::all(N).map(|by| slopes.by(by)).collect();
         std::array::from_fn(|i| all[i / 3][i % 3])
     }
 
@@ -180,7 +180,7 @@ impl<E: OwnEnergy<N, P>, const N: usize, const P: usize, const M: usize> Analyti
         let curvatures =
             self.with(inputs, |place, p, nodes, edges| self.energy.hessian(place, p, nodes, edges));
         let Some(curvatures) = curvatures else { return crate::check::dual_hessian(self, inputs) };
-        let all: Vec<By> = By::all(N).collect();
+        let all: Vec<Argument> = Argument::all(N).collect();
         std::array::from_fn(|r| {
             std::array::from_fn(|c| curvatures.by(all[r / 3], all[c / 3])[r % 3][c % 3])
         })
@@ -193,7 +193,7 @@ pub(super) struct EnergyAt<'a> {
     /// The energy.
     pub energy: &'a dyn AnyEnergy,
     /// Its place.
-    pub site: &'a Site<'a, f64>,
+    pub site: &'a ElementContext<'a, f64>,
     /// Name for the report.
     pub name: &'a str,
     /// First node of the element.
@@ -209,7 +209,7 @@ pub(super) fn compare(report: &mut CheckReport, place: EnergyAt<'_>, q: &[f64]) 
     let EnergyAt { energy, site, name, first, length } = place;
     let stride = site.chart.stride();
     let unit = |i: usize| if i % stride < 3 { length } else { 1.0 };
-    let over: &dyn Over<f64> = energy;
+    let over: &dyn EnergyOver<f64> = energy;
     let unscaled = |x: &[f64]| -> Vec<f64> { (0..x.len()).map(|i| x[i] * unit(i)).collect() };
     // Derivatives by the scaled unknowns: multiplied with the unit of each.
     let scaled = |(first, second): OwnLocal<f64>| {
@@ -256,7 +256,7 @@ pub(super) fn check_plane_is_kept(
     normal: Vector<f64>,
 ) {
     let EnergyAt { energy, site, name, length, .. } = place;
-    let over: &dyn Over<f64> = energy;
+    let over: &dyn EnergyOver<f64> = energy;
     let mut gradient = [0.0; MOST];
     over.gradient(site, q, Derivatives::Hand, &mut gradient);
     // Rounding errors are relative to the terms that cancel, and to the change of the forces with the unknowns: at rest

@@ -15,7 +15,7 @@ use crate::check::scaled::Scaled;
 use crate::check::{CheckReport, Tolerance};
 use crate::energy::bend_twist::UNKNOWNS;
 use crate::energy::frame::{EdgeFrame, Frames};
-use crate::energy::place::Spot;
+use crate::energy::place::ElementPlacement;
 use crate::energy::{AsEnergy, Element, Stretch};
 use crate::error::Error;
 use crate::numerics::vector::Vector;
@@ -130,13 +130,15 @@ impl SpatialCounterpart {
 }
 
 /// Each user-defined energy with at most [`ELEMENTS`] of its places, evenly spaced.
-fn selected_spots(own: &UserEnergies<f64>) -> impl Iterator<Item = (&Placed<f64>, &Spot<f64>)> {
+fn selected_spots(
+    own: &UserEnergies<f64>,
+) -> impl Iterator<Item = (&Placed<f64>, &ElementPlacement<f64>)> {
     let of = |placed: &'_ Placed<f64>| spaced_indices(placed.spots.len());
     own.placed().iter().flat_map(move |p| of(p).map(move |i| (p, &p.spots[i])))
 }
 
 /// Name of a place of an energy for the report: the energy's name and the arc length in m.
-fn name(placed: &Placed<f64>, spot: &Spot<f64>) -> String {
+fn name(placed: &Placed<f64>, spot: &ElementPlacement<f64>) -> String {
     format!("{} at {:.4} m", placed.name, spot.numbers[0])
 }
 

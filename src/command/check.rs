@@ -8,7 +8,7 @@
 
 use crate::command::output::Outputs;
 use crate::command::{GlobalOptions, JsonOption, limits};
-use rodfit::accuracy::Aim;
+use rodfit::accuracy::Calculation;
 use rodfit::check::{Tolerance, check_problem};
 use rodfit::{Error, Scene};
 use std::path::PathBuf;
@@ -31,7 +31,7 @@ pub fn run(options: &CheckOptions, global: GlobalOptions) -> Result<u8, Error> {
     let outputs = Outputs::with_json(&options.json, &scene.files(), global)?;
     limits::check_cost(&scene).admit(global)?;
     // The mesh needs no error estimate: derivatives are compared on any mesh.
-    let report = check_problem(&scene.problem_for(Aim::Guess)?, Tolerance::default())?;
+    let report = check_problem(&scene.problem_for(Calculation::Guess)?, Tolerance::default())?;
     let code = if report.passed() { 0 } else { 3 };
     let summary = report.summary().with_subject(options.scene.display());
     Ok(outputs.finish(code, &report, None, &summary))

@@ -9,7 +9,7 @@
 use crate::command::output::Outputs;
 use crate::command::{GlobalOptions, conclude, limits, terminal};
 use clap::ValueEnum;
-use rodfit::accuracy::{Aim, simulate_checked};
+use rodfit::accuracy::{Calculation, simulate_checked};
 use rodfit::export::ExportFormat;
 use rodfit::scene::{Scene, SceneFile};
 use rodfit::{Error, Trajectory};
@@ -78,7 +78,7 @@ pub fn run(options: &ExportOptions, global: GlobalOptions) -> Result<u8, Error> 
     let out = outputs.add("--out", Some(&options.out));
     outputs.check(&scene.files())?;
     limits::equilibrium_cost(&scene).admit(global)?;
-    let export = scene.problem_for(Aim::Rest)?.export(target)?;
+    let export = scene.problem_for(Calculation::Rest)?.export(target)?;
     for note in export.notes.iter().filter(|_| !global.quiet) {
         terminal::print_note(format_args!("note: {note}"));
     }

@@ -10,7 +10,7 @@
 use crate::command::output::Outputs;
 use crate::command::{GlobalOptions, JsonOption, chosen_mesh, limits, structure};
 use rodfit::Error;
-use rodfit::accuracy::Aim;
+use rodfit::accuracy::Calculation;
 use rodfit::scene::SceneFile;
 use rodfit::vibration::LinearizationPoint;
 use std::path::PathBuf;
@@ -44,7 +44,7 @@ pub fn run(options: &ModesOptions, global: GlobalOptions) -> Result<u8, Error> {
     // A rod under large loads vibrates about another shape than its rest shape.
     let about =
         if options.rest { LinearizationPoint::Rest } else { LinearizationPoint::Equilibrium };
-    let problem = scene.problem_for(Aim::Modes(count))?;
+    let problem = scene.problem_for(Calculation::Modes(count))?;
     let mut found = problem.modes(count, about)?;
     found.resolution = chosen_mesh(&problem);
     let summary = found.summary().with_subject(options.scene.display());

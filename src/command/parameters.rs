@@ -8,7 +8,7 @@
 use crate::command::output::Outputs;
 use crate::command::{GlobalOptions, JsonOption, limits};
 use rodfit::Error;
-use rodfit::accuracy::Aim;
+use rodfit::accuracy::Calculation;
 use rodfit::fit::Experiment;
 use rodfit::problem::ParameterList;
 use rodfit::scene::SceneFile;
@@ -30,7 +30,7 @@ pub fn run(options: &ParametersOptions, global: GlobalOptions) -> Result<u8, Err
         SceneFile::Structure(scene) => Experiment::of_structure("", *scene)?.problem,
         SceneFile::Rod(scene) => {
             limits::check_cost(&scene).admit(global)?;
-            scene.problem_for(Aim::Guess)?
+            scene.problem_for(Calculation::Guess)?
         }
     };
     let outputs = Outputs::with_json(&options.json, &problem.scene().files(), global)?;

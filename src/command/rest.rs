@@ -8,7 +8,7 @@
 use crate::command::output::Outputs;
 use crate::command::{GlobalOptions, JsonOption, chosen_mesh, conclude, limits, structure};
 use rodfit::Error;
-use rodfit::accuracy::Aim;
+use rodfit::accuracy::Calculation;
 use rodfit::dynamics::shape_csv;
 use rodfit::scene::SceneFile;
 use std::path::PathBuf;
@@ -37,7 +37,7 @@ pub fn run(options: &StaticOptions, global: GlobalOptions) -> Result<u8, Error> 
     let out = outputs.add("--out", options.out.as_deref());
     outputs.check(&scene.files())?;
     limits::equilibrium_cost(&scene).admit(global)?;
-    let problem = scene.problem_for(Aim::Rest)?;
+    let problem = scene.problem_for(Calculation::Rest)?;
     let mut found = problem.equilibrium()?;
     found.resolution = chosen_mesh(&problem);
     let table = outputs.write(out, || Ok(shape_csv(&problem, &found.nodes)?.into_bytes()));

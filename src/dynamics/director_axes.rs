@@ -11,7 +11,7 @@
 use crate::dynamics::record::{Motion, Record};
 use crate::dynamics::sensitivity::Sensitivities;
 use crate::problem::{DirectorRotation, Discretized, FramesOf, Model};
-use crate::rod::{Sensitive, State};
+use crate::rod::{ForwardSensitivity, State};
 use crate::scene::Parameter;
 use num_dual::Dual64;
 use std::sync::Arc;
@@ -69,7 +69,7 @@ impl DirectorAxes {
         state: &State<f64, FramesOf<M>>,
     ) -> Vec<Motion>
     where
-        M::Rod<f64>: Sensitive,
+        M::Rod<f64>: ForwardSensitivity,
     {
         let State { q, v, frames, .. } = sensitivities.dual_state(k, state);
         // Dual numbers through the same function: axes depend on places, frames and angles at once.

@@ -5,7 +5,7 @@
 //! gain energy or rotate edges too far, and they are bisected (`bisection`). `run` is the main loop; its `record`
 //! becomes a [`Trajectory`] (positions, m, and velocities, m/s, of selected nodes). Derivatives by parameters are
 //! forward sensitivities (`sensitivity`, by the linear map of a step in `step_map`), or, for the gradient of a
-//! misfit, those of the adjoint ([`Reversible`]). [`SimulationReport`], [`NodeTable`] and [`Film`] are the output
+//! misfit, those of the adjoint ([`AdjointRun`]). [`SimulationReport`], [`NodeTable`] and [`Film`] are the output
 //! for files and pages, with warnings by `energy_balance` and `unstable_state`. `largest_step` is the stability
 //! limit of explicit schemes.
 
@@ -34,7 +34,7 @@ mod trajectory;
 mod unstable_state;
 pub(crate) mod viscosity;
 
-pub use adjoint::{Reversible, TrajectorySlopes};
+pub use adjoint::{AdjointRun, TrajectorySlopes};
 pub(crate) use bisection::{BisectedSteps, advance};
 pub(crate) use energy_balance::warning as energy_warning;
 pub use film::{Film, FilmSample, Frame};

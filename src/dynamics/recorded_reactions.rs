@@ -7,7 +7,7 @@
 use crate::dynamics::record::Motion;
 use crate::dynamics::sensitivity::Sensitivities;
 use crate::problem::{Discretized, FramesOf, Model};
-use crate::rod::{Sensitive, State};
+use crate::rod::{ForwardSensitivity, State};
 use crate::scene::Parameter;
 use crate::statics::{ReactionModel, Reactions};
 use num_dual::Dual64;
@@ -51,7 +51,7 @@ impl<M: Model> RecordedReactions<M> {
         state: &State<f64, FramesOf<M>>,
     ) -> [Motion; 2]
     where
-        M::Rod<f64>: Sensitive,
+        M::Rod<f64>: ForwardSensitivity,
     {
         let state = sensitivities.dual_state(k, state);
         discretized.reactions::<Dual64>(&self.derived[k], &state).map(|x| x.eps).parts()

@@ -22,11 +22,11 @@ use crate::dynamics::step::Work;
 use crate::dynamics::step_control::StepControl;
 use crate::dynamics::unstable_state::StabilityChecks;
 use crate::error::Error;
-use crate::numerics::scalar::Nestable;
+use crate::numerics::scalar::RodScalar;
 use crate::numerics::stopwatch::Stopwatch;
 use crate::numerics::vector::sub;
 use crate::problem::{Discretized, FramesOf, Model, Problem};
-use crate::rod::{Energies, Rod, Sensitive, State};
+use crate::rod::{Energies, ForwardSensitivity, Rod, State};
 use crate::scene::{Parameter, Stencil};
 use crate::statics::Reactions;
 
@@ -129,7 +129,7 @@ pub(super) fn run<M: Model>(
     observers: &mut RunObservers<'_, M>,
 ) -> Result<(), Error>
 where
-    M::Rod<f64>: Sensitive,
+    M::Rod<f64>: ForwardSensitivity,
 {
     let active = ActiveRun::begin();
     let asynchronous = active.has_room(task.steps * task.problem.nodes());
@@ -147,7 +147,7 @@ fn run_with<M: Model>(
     observers: &mut RunObservers<'_, M>,
 ) -> Result<(), Error>
 where
-    M::Rod<f64>: Sensitive,
+    M::Rod<f64>: ForwardSensitivity,
 {
     // Explicit schemes reject a step above their limit of stability before the run.
     task.discretized.check_step()?;
@@ -188,7 +188,7 @@ fn run_asynchronously<M: Model>(
     observers: &mut RunObservers<'_, M>,
 ) -> Result<(), Error>
 where
-    M::Rod<f64>: Sensitive,
+    M::Rod<f64>: ForwardSensitivity,
 {
     let tracked = record.tracked();
     let recorder = DerivativeRecorder { discretized: task.discretized, tracked: &tracked, outputs };
@@ -247,7 +247,7 @@ fn take_steps<M: Model>(
     observers: &mut RunObservers<'_, M>,
 ) -> Result<(), Error>
 where
-    M::Rod<f64>: Sensitive,
+    M::Rod<f64>: ForwardSensitivity,
 {
     let (time, discretized) = (task.problem.time()?, task.discretized);
     let reactions = outputs.reactions.as_ref();
@@ -296,7 +296,7 @@ where
 }
 
 /// The steps of a run with their derivatives, as bisection needs them.
-struct RunSteps<'a, R: Sensitive> {
+struct RunSteps<'a, R: ForwardSensitivity> {
     simulation: &'a mut Simulation<f64, R>,
     carrier: &'a mut SensitivityCarrier<R>,
     control: &'a mut StepControl,
@@ -304,7 +304,7 @@ struct RunSteps<'a, R: Sensitive> {
     accepted: &'a mut dyn FnMut(&Simulation<f64, R>),
 }
 
-impl<R: Sensitive> BisectedSteps for RunSteps<'_, R> {
+impl<R: ForwardSensitivity> BisectedSteps for RunSteps<'_, R> {
     type Rod = R;
 
     /// The simulation at its present state.
@@ -346,7 +346,7 @@ fn record_state<M: Model>(
     outputs: &DerivedOutputs<M>,
     record: &mut Record,
 ) where
-    M::Rod<f64>: Sensitive,
+    M::Rod<f64>: ForwardSensitivity,
 {
     // A run that is only observed has no record; its list of accepted steps would grow for ever.
     if !record.keeps {
@@ -405,7 +405,7 @@ struct DerivativeRecorder<'a, M: Model> {
 
 impl<M: Model> DerivativeRecorder<'_, M>
 where
-    M::Rod<f64>: Sensitive,
+    M::Rod<f64>: ForwardSensitivity,
 {
     /// Appends to `list` the derivatives by parameter `k` of the recorded motions of a state, in world axes: position
     /// and velocity of each tracked node, then of the axes and the reactions.
@@ -435,7 +435,7 @@ where
 /// included. Returns a record of the same nodes, axes and reactions at the same times, without lists of derivatives and
 /// energies. `seed` converts the value of each parameter to the scalar. No step is bisected or checked again. Errors
 /// are those of the initial state and of a step.
-pub(super) fn repeat_over<D: Nestable, M: Model>(
+pub(super) fn repeat_over<D: RodScalar, M: Model>(
     discretized: &Discretized<'_, M>,
     plain: &Record,
     seed: impl Fn(Parameter, f64) -> D,

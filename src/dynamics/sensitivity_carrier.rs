@@ -18,10 +18,10 @@ use crate::dynamics::sensitivity::Sensitivities;
 use crate::dynamics::sensitivity_pipeline::StepProducer;
 use crate::dynamics::simulation::Simulation;
 use crate::error::Error;
-use crate::rod::Sensitive;
+use crate::rod::ForwardSensitivity;
 
 /// The derivatives of a running simulation, or the producer that sends its steps to another thread.
-pub(super) enum SensitivityCarrier<R: Sensitive> {
+pub(super) enum SensitivityCarrier<R: ForwardSensitivity> {
     /// Derivatives after every accepted step, on the same thread.
     Synchronous {
         sensitivities: Sensitivities<R>,
@@ -32,7 +32,7 @@ pub(super) enum SensitivityCarrier<R: Sensitive> {
     Asynchronous(StepProducer<R>),
 }
 
-impl<R: Sensitive> SensitivityCarrier<R> {
+impl<R: ForwardSensitivity> SensitivityCarrier<R> {
     /// Makes a step of `simulation` to `time`, s. If derivatives come from dual simulations, the first of them makes
     /// it, and `simulation` takes over its state. Errors are those of the step; the state is then the one before it.
     pub fn step_to(&mut self, simulation: &mut Simulation<f64, R>, time: f64) -> Result<(), Error> {

@@ -21,7 +21,7 @@ use crate::dynamics::sensitivity::Sensitivities;
 use crate::dynamics::simulation::Simulation;
 use crate::dynamics::step::Work;
 use crate::error::Error;
-use crate::rod::{Rod, Sensitive, State};
+use crate::rod::{ForwardSensitivity, Rod, State};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::mpsc::{Receiver, Sender, SyncSender, channel, sync_channel};
 
@@ -76,7 +76,7 @@ struct Batch<R: Rod<f64>> {
 }
 
 /// The producing end of the pipeline, on the thread of the simulation.
-pub(super) struct StepProducer<R: Sensitive> {
+pub(super) struct StepProducer<R: ForwardSensitivity> {
     /// The batch being filled.
     batch: Batch<R>,
     /// Channel of filled batches.
@@ -85,7 +85,7 @@ pub(super) struct StepProducer<R: Sensitive> {
     empty: Receiver<Batch<R>>,
 }
 
-impl<R: Sensitive> StepProducer<R> {
+impl<R: ForwardSensitivity> StepProducer<R> {
     /// Appends the last step of a simulation to the batch: its state, the work so far, not marked as recorded. A full
     /// batch is sent before; this waits while [`MAX_WAITING_BATCHES`] batches are waiting.
     ///
@@ -139,7 +139,7 @@ impl<R: Sensitive> StepProducer<R> {
 }
 
 /// The consuming end of the pipeline, on the thread of the derivatives.
-pub(super) struct SensitivityConsumer<R: Sensitive> {
+pub(super) struct SensitivityConsumer<R: ForwardSensitivity> {
     simulation: Simulation<f64, R>,
     sensitivities: Sensitivities<R>,
     full: Receiver<Batch<R>>,
@@ -166,7 +166,7 @@ pub(super) struct SensitivityResult {
 
 /// The producer and the consumer of a pipeline, for a `simulation` in its initial state, of which the consumer gets a
 /// copy for linearization, and its `sensitivities`.
-pub(super) fn new<R: Sensitive>(
+pub(super) fn new<R: ForwardSensitivity>(
     simulation: &Simulation<f64, R>,
     sensitivities: Sensitivities<R>,
 ) -> (StepProducer<R>, SensitivityConsumer<R>) {
@@ -180,7 +180,7 @@ pub(super) fn new<R: Sensitive>(
     (producer, SensitivityConsumer { simulation, sensitivities, full, empty })
 }
 
-impl<R: Sensitive> SensitivityConsumer<R> {
+impl<R: ForwardSensitivity> SensitivityConsumer<R> {
     /// Computes the derivatives over all steps in their order, until the pipeline closes or a step has no derivatives
     /// (`failure` of the result). For each recorded step, `record` is called with every parameter's index and list,
     /// to which it appends derivatives. Used batches are returned to the producer.

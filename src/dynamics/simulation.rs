@@ -32,7 +32,7 @@ use crate::dynamics::stepper::{self, Newton, Stepper};
 use crate::energy::Derivatives;
 use crate::error::Error;
 use crate::numerics::prescribed_dofs::PrescribedDofs;
-use crate::numerics::scalar::Nestable;
+use crate::numerics::scalar::RodScalar;
 use crate::numerics::tangent::Tangent;
 use crate::problem::boundary::BoundaryMotion;
 use crate::rod::{Actuators, Energies, NodalDrag, Rod, State, TimedLoads, set_real_frames};
@@ -42,7 +42,7 @@ use std::ops::Range;
 
 /// A simulation of a rod, over any scalar: with dual numbers it contains the derivatives of the motion.
 #[derive(Clone, Debug)]
-pub struct Simulation<D: Nestable, R: Rod<D>> {
+pub struct Simulation<D: RodScalar, R: Rod<D>> {
     /// The equations of motion.
     system: System<D, R>,
     /// The state now.
@@ -55,7 +55,7 @@ pub struct Simulation<D: Nestable, R: Rod<D>> {
     work: Work,
 }
 
-impl<D: Nestable, R: Rod<D>> Simulation<D, R> {
+impl<D: RodScalar, R: Rod<D>> Simulation<D, R> {
     /// A simulation of a rod at rest at `q` with the given frames, at time zero, without drag and moving supports. Only
     /// the unknowns in `free` move. The stepper follows from `settings`; `derivatives` selects hand-derived or dual
     /// derivatives of the energy. The forces at the start are computed, and the accelerations for generalised-alpha.

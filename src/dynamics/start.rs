@@ -18,13 +18,13 @@ use crate::dynamics::sensitivity::Sensitivities;
 use crate::dynamics::simulation::Simulation;
 use crate::dynamics::step::StepperSettings;
 use crate::error::Error;
-use crate::numerics::scalar::Nestable;
+use crate::numerics::scalar::RodScalar;
 use crate::numerics::vector::{add, cross, dot, scale, sub, unit};
 use crate::problem::Discretized;
 use crate::problem::Model;
 use crate::problem::Setup;
 use crate::problem::UnknownsAndFrames;
-use crate::rod::{Rod, Sensitive};
+use crate::rod::{ForwardSensitivity, Rod};
 use crate::scene::InitialState;
 use crate::scene::Parameter;
 use crate::scene::prescribed_motion::MotionTime;
@@ -61,7 +61,7 @@ impl<M: Model> Discretized<'_, M> {
     /// # Errors
     /// Those of [`simulation`](Self::simulation), and [`Error::Indifferent`] where the equilibrium it
     /// starts from has no derivatives.
-    pub fn simulation_over<D: Nestable>(
+    pub fn simulation_over<D: RodScalar>(
         &self,
         seed: impl Fn(Parameter, f64) -> D,
     ) -> Result<Simulation<D, M::Rod<D>>, Error> {
@@ -73,7 +73,7 @@ impl<M: Model> Discretized<'_, M> {
     /// supports, whose recordings prescribe some of them. A scene without `[time]` gets Newmark-beta at 0.5. Errors are
     /// those of
     /// [`simulation_over`](Self::simulation_over).
-    fn simulation_of<D: Nestable>(
+    fn simulation_of<D: RodScalar>(
         &self,
         setup: &Setup<D, M>,
     ) -> Result<Simulation<D, M::Rod<D>>, Error> {
@@ -143,7 +143,7 @@ impl<M: Model> Discretized<'_, M> {
         parameters: &[Parameter],
     ) -> Result<Sensitivities<M::Rod<f64>>, Error>
     where
-        M::Rod<f64>: Sensitive,
+        M::Rod<f64>: ForwardSensitivity,
     {
         let along = |parameter: &Parameter| {
             self.simulation_over::<Dual64>(|p, value| {
@@ -170,7 +170,7 @@ impl<M: Model> Discretized<'_, M> {
     /// The unknowns at t = 0 with their frames, with the derivatives that `D` carries: rest shape, initial shape or
     /// equilibrium, plus the perturbation of the scene (also added to an equilibrium). The frames are moved to the
     /// perturbed shape. Errors are those of the equilibrium.
-    pub(crate) fn start<D: Nestable>(
+    pub(crate) fn start<D: RodScalar>(
         &self,
         setup: &Setup<D, M>,
         rod: &M::Rod<D>,
@@ -178,7 +178,7 @@ impl<M: Model> Discretized<'_, M> {
         let (mut q, mut frames) = self.unperturbed_start(setup, rod)?;
         if self.scene().initial.perturbation != 0.0 {
             self.perturb(setup, &mut q);
-            M::Rod::<D>::rebase(&mut frames, &q);
+            M::Rod::<D>::update_reference_frames(&mut frames, &q);
         }
         Ok((q, frames))
     }
@@ -189,7 +189,7 @@ impl<M: Model> Discretized<'_, M> {
     /// systems with its tangent. At a neutral equilibrium, or with a singular tangent, they are those of a rod that
     /// moves with its initial position, and a small stiffness is added. [`Error::Indifferent`] if that tangent is
     /// singular too.
-    fn unperturbed_start<D: Nestable>(
+    fn unperturbed_start<D: RodScalar>(
         &self,
         setup: &Setup<D, M>,
         rod: &M::Rod<D>,
@@ -201,7 +201,7 @@ impl<M: Model> Discretized<'_, M> {
         let found = self.equilibrium_start()?;
         let mut q: Vec<D> = found.iter().map(|x| D::from(*x)).collect();
         // Frames at the equilibrium: transport over nearly 180 degrees would be almost singular.
-        M::Rod::<D>::rebase(&mut frames, &q);
+        M::Rod::<D>::update_reference_frames(&mut frames, &q);
         if D::ORDER == 0 {
             return Ok((q, frames));
         }
@@ -211,7 +211,7 @@ impl<M: Model> Discretized<'_, M> {
         let loaded = (!setup.scene.signals.is_empty()).then(|| setup.rod_at(self.model, 0.0));
         let held = setup.rod_with_release_forces(self.model, loaded.as_ref().unwrap_or(rod));
         let mut plain_frames = self.begin(self.setup).1;
-        M::Rod::<f64>::rebase(&mut plain_frames, found);
+        M::Rod::<f64>::update_reference_frames(&mut plain_frames, found);
         let plain = self.setup.rod_at(self.model, 0.0);
         let plain = self.setup.rod_with_release_forces(self.model, &plain);
         // A rod that nothing holds moves with its initial position.
@@ -228,7 +228,7 @@ impl<M: Model> Discretized<'_, M> {
                 .map_err(|singular| Error::Indifferent { node: singular.row / M::STRIDE })?;
         }
         // Rates of angles are spins of edges only in frames at the current shape, with all derivatives.
-        M::Rod::<D>::rebase(&mut frames, &followed);
+        M::Rod::<D>::update_reference_frames(&mut frames, &followed);
         Ok((followed, frames))
     }
 
@@ -236,7 +236,7 @@ impl<M: Model> Discretized<'_, M> {
     /// `velocity + angular_velocity x (x - c)`, with the center of mass `c` and the vectors of `[initial]`. The angle
     /// of an edge in space has the component of `angular_velocity` along the edge. `None` over plain numbers if both
     /// vectors are zero.
-    pub(crate) fn start_velocity<D: Nestable>(
+    pub(crate) fn start_velocity<D: RodScalar>(
         &self,
         setup: &Setup<D, M>,
         rod: &M::Rod<D>,

@@ -11,7 +11,7 @@
 
 use crate::energy::Derivatives;
 use crate::numerics::prescribed_dofs::PrescribedDofs;
-use crate::numerics::scalar::Nestable;
+use crate::numerics::scalar::RodScalar;
 use crate::problem::boundary::BoundaryMotion;
 use crate::rod::{ActuatorEffect, Actuators, NodalDrag, Rod, TimedLoads};
 use crate::scene::{Damping, Scheme, StepTolerance};
@@ -97,7 +97,7 @@ pub(crate) struct Step<'a, D, R> {
     pub h: f64,
 }
 
-impl<D: Nestable, R: Rod<D>> System<D, R> {
+impl<D: RodScalar, R: Rod<D>> System<D, R> {
     /// Sets the rod to the `values` of the signals of its actuators, one per actuator, and stores them. By the effect
     /// of the actuator, a value is the tension of tendons, N, or the factor of a group of loads without a potential.
     /// Otherwise natural strains change by the actuator's shifts times the change of the value since the stored one.
@@ -116,7 +116,7 @@ impl<D: Nestable, R: Rod<D>> System<D, R> {
     }
 }
 
-impl<D: Nestable, R> System<D, R> {
+impl<D: RodScalar, R> System<D, R> {
     /// Overwrites the entries of `v`, m/s, of nodes held by moving supports or recordings with their velocities at
     /// `time`, s. Nothing changes without recorded unknowns inside the free range, or if no support moves.
     pub fn apply_prescribed_velocities(&self, time: f64, v: &mut [D]) {

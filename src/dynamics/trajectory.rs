@@ -27,7 +27,7 @@ use crate::dynamics::run::{RunObservers, RunTask, Snapshot, repeat_over, run};
 use crate::dynamics::step::Work;
 use crate::dynamics::unstable_state::StabilityChecks;
 use crate::error::Error;
-use crate::numerics::scalar::{Nestable, Scalar};
+use crate::numerics::scalar::{RodScalar, Scalar};
 use crate::problem::{AnyProblem, Discretized, FramesOf, Model, Problem};
 use crate::rod::{Energies, State};
 use crate::scene::{Parameter, Point, Stencil};
@@ -350,7 +350,7 @@ impl Trajectory {
     ///
     /// # Errors
     /// Those of [a step](crate::dynamics::Simulation::step_to); [`Error::Indifferent`] at rest.
-    pub fn over<D: Nestable>(
+    pub fn over<D: RodScalar>(
         &self,
         seed: impl Fn(Parameter, f64) -> D,
     ) -> Result<Trajectory<D>, Error> {
@@ -369,7 +369,7 @@ impl Trajectory {
     /// The recorded motion over the scalar `D`, with the numbers of the scene that `seed` returns. A run is repeated
     /// with the same accepted steps; an equilibrium is found again in plain numbers and differentiated, and recorded at
     /// time 0 with zero velocities. Errors are those of [`over`](Self::over).
-    fn record_over<D: Nestable, M: Model>(
+    fn record_over<D: RodScalar, M: Model>(
         &self,
         discretized: &Discretized<'_, M>,
         seed: impl Fn(Parameter, f64) -> D,

@@ -7,19 +7,19 @@
 //! computed in dual numbers. Without derivatives by hand, or if they are not requested, the energy itself is evaluated
 //! in dual numbers. A chart also returns the number of unknowns of several nodes (`unknowns`), the number of unknowns
 //! per node (`stride`), the world axis of a coordinate (`axis`), and nodes and directors of an element (`world`). Input
-//! of [`Over`]: a [`Site`] (chart, reference frames, numbers of the place, values of the parameters, weight) and the
+//! of [`EnergyOver`]: a [`ElementContext`] (chart, reference frames, numbers of the place, values of the parameters, weight) and the
 //! unknowns of an element of one to three nodes. Output: energy, J, gradient, N (N m for angles), and the lower
 //! triangle of the Hessian, all times the weight of the site (1 without one). Entries beyond the unknowns of the
 //! element have no meaning. [`Adapter`] makes these of a user's type.
 
 use crate::energy::Derivatives;
-use crate::energy::by_unknowns::{self, Function};
+use crate::energy::autodiff::{self, ScalarFunction};
 use crate::energy::frame::EdgeFrame;
-use crate::energy::own::{By, MOST_NODES, OwnEnergy};
+use crate::energy::own::{Argument, MOST_NODES, OwnEnergy};
 use crate::energy::place::{Directors, Place};
 use crate::numerics::out_of_line::OutOfLine;
-use crate::numerics::scalar::{ForEachScalar, Nestable, Scalar};
-use crate::numerics::term_bound::Terms;
+use crate::numerics::scalar::{ForEachScalar, RodScalar, Scalar};
+use crate::numerics::term_bound::CancellationBound;
 use crate::numerics::vector::{
     Vector, add, components, cross, dot, map_components, scale, sub, unit,
 };
@@ -158,7 +158,7 @@ impl<B: Scalar> Chart<B> {
 
 /// The place of an element at which an energy is evaluated, with the energy's parameters.
 #[derive(Clone, Copy, Debug)]
-pub struct Site<'a, D> {
+pub struct ElementContext<'a, D> {
     /// Map from the unknowns to nodes and directors.
     pub chart: &'a Chart<D>,
     /// The references of the element's edges; none in a plane.
@@ -172,24 +172,36 @@ pub struct Site<'a, D> {
 }
 
 /// A user-defined energy, J, and its derivatives by the unknowns `q` of an element, in one scalar.
-pub trait Over<D> {
+pub trait EnergyOver<D> {
     /// The energy, J, at the unknowns `q` of the element at `site`, times the weight of the site (1 without one).
-    fn energy(&self, site: &Site<D>, q: &[D]) -> D;
+    fn energy(&self, site: &ElementContext<D>, q: &[D]) -> D;
     /// Writes the derivatives by `q`, N (N m for angles), times the weight of the site, by the method of `derivatives`.
     /// Entries of `gradient` beyond the unknowns stay as they are.
-    fn gradient(&self, site: &Site<D>, q: &[D], derivatives: Derivatives, gradient: &mut [D; MOST]);
+    fn gradient(
+        &self,
+        site: &ElementContext<D>,
+        q: &[D],
+        derivatives: Derivatives,
+        gradient: &mut [D; MOST],
+    );
     /// Writes the gradient and the lower triangle of the Hessian by `q`, times the weight of the site, to `local`, by
     /// the method of `derivatives`. Other entries have no meaning.
-    fn tangent(&self, site: &Site<D>, q: &[D], derivatives: Derivatives, local: &mut OwnLocal<D>);
+    fn tangent(
+        &self,
+        site: &ElementContext<D>,
+        q: &[D],
+        derivatives: Derivatives,
+        local: &mut OwnLocal<D>,
+    );
 }
 
 /// A user-defined energy behind a pointer, in every scalar of rods.
 pub trait AnyEnergy:
-    Over<f64>
-    + Over<Dual64>
-    + Over<HyperDual64>
-    + Over<DualSVec64<2>>
-    + Over<DualSVec64<8>>
+    EnergyOver<f64>
+    + EnergyOver<Dual64>
+    + EnergyOver<HyperDual64>
+    + EnergyOver<DualSVec64<2>>
+    + EnergyOver<DualSVec64<8>>
     + Send
     + Sync
 {
@@ -201,12 +213,12 @@ pub trait AnyEnergy:
     /// [`OwnEnergy::keeps_plane`].
     fn keeps_plane(&self, values: &[f64], normal: [f64; 3], point: [f64; 3]) -> bool;
     /// Sums of the absolute terms in each entry of the gradient and Hessian by `q`, the measure of relative errors: see
-    /// [`Terms`].
-    fn terms(&self, site: &Site<f64>, q: &[f64]) -> OwnLocal<f64>;
+    /// [`CancellationBound`].
+    fn terms(&self, site: &ElementContext<f64>, q: &[f64]) -> OwnLocal<f64>;
 }
 
 impl ForEachScalar for dyn AnyEnergy {
-    type Instance<D: Scalar> = dyn Over<D>;
+    type Instance<D: Scalar> = dyn EnergyOver<D>;
     /// The energy over `f64`, without derivatives.
     fn plain(&self) -> &Self::Instance<f64> {
         self
@@ -229,7 +241,7 @@ impl ForEachScalar for dyn AnyEnergy {
     }
 }
 
-/// Wrapper of a user-defined energy over `N` nodes with `P` parameters; implements [`Over`] for every scalar and
+/// Wrapper of a user-defined energy over `N` nodes with `P` parameters; implements [`EnergyOver`] for every scalar and
 /// [`AnyEnergy`].
 pub struct Adapter<E, const N: usize, const P: usize>(pub E);
 
@@ -260,7 +272,7 @@ impl<E: OwnEnergy<N, P>, const N: usize, const P: usize> Adapter<E, N, P> {
     #[inline]
     fn value<B: Scalar, D: Scalar>(
         &self,
-        site: &Site<B>,
+        site: &ElementContext<B>,
         over: impl Fn(B) -> D + Copy,
         q: &[D],
     ) -> D {
@@ -278,7 +290,7 @@ impl<E: OwnEnergy<N, P>, const N: usize, const P: usize> Adapter<E, N, P> {
     #[inline]
     fn at<B: Scalar, D: Scalar, T>(
         &self,
-        site: &Site<B>,
+        site: &ElementContext<B>,
         over: impl Fn(B) -> D,
         of: impl FnOnce(&Place<D>, &[D; P]) -> T,
     ) -> T {
@@ -289,9 +301,9 @@ impl<E: OwnEnergy<N, P>, const N: usize, const P: usize> Adapter<E, N, P> {
     /// The gradient by the unknowns `q`, times the weight, from the user's first derivatives by nodes and directors.
     /// The part of the nodes uses the constant axes of the chart, that of the directors dual numbers. `None` if the
     /// energy has no hand-derived gradient.
-    fn hand_gradient<B: Nestable, const Q: usize>(
+    fn hand_gradient<B: RodScalar, const Q: usize>(
         &self,
-        site: &Site<B>,
+        site: &ElementContext<B>,
         q: &[B; Q],
     ) -> Option<[B; Q]> {
         let (nodes, edges) = site.chart.world::<B, N>(|b| b, q, site.frames);
@@ -299,12 +311,12 @@ impl<E: OwnEnergy<N, P>, const N: usize, const P: usize> Adapter<E, N, P> {
         let slopes =
             self.at(site, |b| b, |place, p| self.0.gradient(place, p, &nodes, &edges[..N - 1]))?;
         let mut gradient = [B::from(0.0); Q];
-        self.add_by_nodes(site.chart, |i| slopes.by(By::Node(i)), &mut gradient);
+        self.add_by_nodes(site.chart, |i| slopes.by(Argument::Node(i)), &mut gradient);
         // The directors depend on the unknowns nonlinearly: their part of the chain rule in dual
         // numbers.
         if slopes.of_edges {
             let pull = DirectorPull::<_, _, N> { site, slope: |by| slopes.by(by) };
-            for (sum, slope) in gradient.iter_mut().zip(by_unknowns::gradient(&pull, q)) {
+            for (sum, slope) in gradient.iter_mut().zip(autodiff::gradient(&pull, q)) {
                 *sum += slope;
             }
         }
@@ -317,9 +329,9 @@ impl<E: OwnEnergy<N, P>, const N: usize, const P: usize> Adapter<E, N, P> {
     /// Gradient and lower triangle of the Hessian by `q`, times the weight. They follow by the chain rule of the module
     /// from the user's first and second derivatives by nodes and directors. Derivatives of directors are computed in
     /// dual numbers, if used. `None` if the energy has no hand-derived gradient or no hand-derived Hessian.
-    fn hand_tangent<B: Nestable, const Q: usize>(
+    fn hand_tangent<B: RodScalar, const Q: usize>(
         &self,
-        site: &Site<B>,
+        site: &ElementContext<B>,
         q: &[B; Q],
     ) -> Option<([B; Q], [[B; Q]; Q])> {
         let (nodes, edges) = site.chart.world::<B, N>(|b| b, q, site.frames);
@@ -330,13 +342,13 @@ impl<E: OwnEnergy<N, P>, const N: usize, const P: usize> Adapter<E, N, P> {
             self.at(site, |b| b, |place, p| self.0.hessian(place, p, &nodes, edges))?;
         let zero = B::from(0.0);
         let (mut gradient, mut hessian) = ([zero; Q], [[zero; Q]; Q]);
-        self.add_by_nodes(site.chart, |i| slopes.by(By::Node(i)), &mut gradient);
+        self.add_by_nodes(site.chart, |i| slopes.by(Argument::Node(i)), &mut gradient);
         // Rows of J for the directors; those of the nodes are constants.
         let mut of_edges = [[zero; Q]; OF_EDGES];
         // Second derivatives of the directors times constant slopes: the part `d2(g.y)/dq2`.
         if slopes.of_edges || curvatures.of_edges {
             let pull = DirectorPull::<_, _, N> { site, slope: |by| slopes.by(by) };
-            let (first, second) = by_unknowns::hessian(&pull, q);
+            let (first, second) = autodiff::hessian(&pull, q);
             for r in 0..Q {
                 gradient[r] += first[r];
                 for c in 0..=r {
@@ -345,13 +357,13 @@ impl<E: OwnEnergy<N, P>, const N: usize, const P: usize> Adapter<E, N, P> {
             }
         }
         // Rows of directors in J only if the energy's Hessian depends on them.
-        let inputs = if curvatures.of_edges { By::all(N).count() } else { N };
+        let inputs = if curvatures.of_edges { Argument::all(N).count() } else { N };
         if curvatures.of_edges {
             let flat = |over: fn(B) -> OutOfLine<Dual<B>>, q: &[OutOfLine<Dual<B>>]| {
                 let (_, edges) = site.chart.world::<_, N>(over, q, site.frames);
                 components(|k| edges[k / 9][k / 3 % 3][k % 3])
             };
-            of_edges = by_unknowns::jacobian(flat, q);
+            of_edges = autodiff::jacobian(flat, q);
         }
         // Row of J: a constant axis for a node, a computed one for a director.
         let row = |input: usize, component: usize| -> [B; Q] {
@@ -371,9 +383,9 @@ impl<E: OwnEnergy<N, P>, const N: usize, const P: usize> Adapter<E, N, P> {
         for (k, row_of) in jacobian.iter_mut().take(3 * inputs).enumerate() {
             *row_of = row(k / 3, k % 3);
         }
-        for (i, a) in By::all(N).take(inputs).enumerate() {
+        for (i, a) in Argument::all(N).take(inputs).enumerate() {
             let mut product = [[zero; Q]; 3];
-            for (j, b) in By::all(N).take(inputs).enumerate() {
+            for (j, b) in Argument::all(N).take(inputs).enumerate() {
                 let block = curvatures.by(a, b);
                 for r in 0..3 {
                     for c in 0..3 {
@@ -419,10 +431,10 @@ impl<E: OwnEnergy<N, P>, const N: usize, const P: usize> Adapter<E, N, P> {
 /// A user-defined energy as a function of the unknowns of its element, for dual numbers.
 struct EnergyOfUnknowns<'a, B, E, const N: usize, const P: usize> {
     energy: &'a Adapter<E, N, P>,
-    site: &'a Site<'a, B>,
+    site: &'a ElementContext<'a, B>,
 }
 
-impl<B: Scalar, E: OwnEnergy<N, P>, const N: usize, const P: usize> Function<B>
+impl<B: Scalar, E: OwnEnergy<N, P>, const N: usize, const P: usize> ScalarFunction<B>
     for EnergyOfUnknowns<'_, B, E, N, P>
 {
     /// The energy, J, times the weight of the site, at the unknowns `q`; `over` converts numbers of the rod's scalar to
@@ -435,20 +447,24 @@ impl<B: Scalar, E: OwnEnergy<N, P>, const N: usize, const P: usize> Function<B>
 
 /// The scalar product of all directors of an element over `N` nodes with constant slopes: `g.y` of the module's header.
 struct DirectorPull<'a, B, S, const N: usize> {
-    site: &'a Site<'a, B>,
+    site: &'a ElementContext<'a, B>,
     slope: S,
 }
 
-impl<B: Scalar, S: Fn(By) -> Vector<B>, const N: usize> Function<B> for DirectorPull<'_, B, S, N> {
+impl<B: Scalar, S: Fn(Argument) -> Vector<B>, const N: usize> ScalarFunction<B>
+    for DirectorPull<'_, B, S, N>
+{
     /// The sum over all directors of the element of their scalar products with the constant slopes, at the unknowns
     /// `q`; `over` converts numbers of the rod's scalar to that of the unknowns.
     fn at<D: Scalar>(&self, over: impl Fn(B) -> D + Copy, q: &[D]) -> D {
         let (_, edges) = self.site.chart.world::<D, N>(over, q, self.site.frames);
         let mut sum = D::from(0.0);
         for (j, [tangent, first, second]) in edges[..N - 1].iter().enumerate() {
-            for (by, director) in
-                [(By::Tangent(j), tangent), (By::First(j), first), (By::Second(j), second)]
-            {
+            for (by, director) in [
+                (Argument::Tangent(j), tangent),
+                (Argument::First(j), first),
+                (Argument::Second(j), second),
+            ] {
                 sum += dot(map_components(&(self.slope)(by), over), *director);
             }
         }
@@ -456,16 +472,24 @@ impl<B: Scalar, S: Fn(By) -> Vector<B>, const N: usize> Function<B> for Director
     }
 }
 
-impl<E: OwnEnergy<N, P>, D: Nestable, const N: usize, const P: usize> Over<D> for Adapter<E, N, P> {
+impl<E: OwnEnergy<N, P>, D: RodScalar, const N: usize, const P: usize> EnergyOver<D>
+    for Adapter<E, N, P>
+{
     /// The energy, J, at the unknowns `q` of the element at `site`, times its weight.
-    fn energy(&self, site: &Site<D>, q: &[D]) -> D {
+    fn energy(&self, site: &ElementContext<D>, q: &[D]) -> D {
         self.value(site, |x| x, q)
     }
 
     /// Writes the derivatives by the unknowns `q` of the element, N (N m for angles), times the weight of the site (1
     /// without one), to the first `q.len()` entries of `to`; the others stay. They are derived by hand if requested and
     /// available, else by dual numbers.
-    fn gradient(&self, site: &Site<D>, q: &[D], derivatives: Derivatives, to: &mut [D; MOST]) {
+    fn gradient(
+        &self,
+        site: &ElementContext<D>,
+        q: &[D],
+        derivatives: Derivatives,
+        to: &mut [D; MOST],
+    ) {
         by_size!(q, |q| {
             // An energy without hand-derived derivatives is differentiated by dual numbers.
             let by_hand = match derivatives {
@@ -473,7 +497,7 @@ impl<E: OwnEnergy<N, P>, D: Nestable, const N: usize, const P: usize> Over<D> fo
                 Derivatives::Dual => None,
             };
             let energy = EnergyOfUnknowns { energy: self, site };
-            let gradient = by_hand.unwrap_or_else(|| by_unknowns::gradient(&energy, q));
+            let gradient = by_hand.unwrap_or_else(|| autodiff::gradient(&energy, q));
             to[..gradient.len()].copy_from_slice(&gradient);
         })
     }
@@ -481,14 +505,20 @@ impl<E: OwnEnergy<N, P>, D: Nestable, const N: usize, const P: usize> Over<D> fo
     /// Writes first derivatives and the lower triangle of the second ones by `q`, times the weight of the site (1
     /// without one), to the first entries of `to`; entries beyond the unknowns stay. They are derived by hand if
     /// requested and both are available, else by dual numbers.
-    fn tangent(&self, site: &Site<D>, q: &[D], derivatives: Derivatives, to: &mut OwnLocal<D>) {
+    fn tangent(
+        &self,
+        site: &ElementContext<D>,
+        q: &[D],
+        derivatives: Derivatives,
+        to: &mut OwnLocal<D>,
+    ) {
         by_size!(q, |q| {
             let by_hand = match derivatives {
                 Derivatives::Hand => self.hand_tangent(site, q),
                 Derivatives::Dual => None,
             };
             let energy = EnergyOfUnknowns { energy: self, site };
-            let (gradient, hessian) = by_hand.unwrap_or_else(|| by_unknowns::hessian(&energy, q));
+            let (gradient, hessian) = by_hand.unwrap_or_else(|| autodiff::hessian(&energy, q));
             to.0[..gradient.len()].copy_from_slice(&gradient);
             for (to, row) in to.1.iter_mut().zip(&hessian) {
                 to[..row.len()].copy_from_slice(row);
@@ -516,12 +546,13 @@ impl<E: OwnEnergy<N, P>, const N: usize, const P: usize> AnyEnergy for Adapter<E
     }
 
     /// Sums of the absolute terms in each entry of the gradient and Hessian by `q`, with the floor of rounding errors,
-    /// from an evaluation in `Terms`. Entries beyond the unknowns are zero.
-    fn terms(&self, site: &Site<f64>, q: &[f64]) -> OwnLocal<f64> {
+    /// from an evaluation in `CancellationBound`. Entries beyond the unknowns are zero.
+    fn terms(&self, site: &ElementContext<f64>, q: &[f64]) -> OwnLocal<f64> {
         let mut local = ([0.0; MOST], [[0.0; MOST]; MOST]);
         by_size!(q, |q| {
-            let unknowns = Terms::rounded_unknowns(q);
-            let Terms { first, second, .. } = self.value(site, Terms::from, &unknowns);
+            let unknowns = CancellationBound::rounded_unknowns(q);
+            let CancellationBound { first, second, .. } =
+                self.value(site, CancellationBound::from, &unknowns);
             local.0[..q.len()].copy_from_slice(&first);
             for (to, row) in local.1.iter_mut().zip(&second) {
                 to[..q.len()].copy_from_slice(row);

@@ -16,9 +16,9 @@ use std::any::Any;
 use std::sync::Arc;
 
 /// An energy in the form that a scene stores: the scene module does not depend on energies.
-struct Kept(Arc<dyn AnyEnergy>);
+struct SceneEnergy(Arc<dyn AnyEnergy>);
 
-impl Code for Kept {
+impl Code for SceneEnergy {
     /// Names and quantities (unit, allowed range) of the parameters of the energy.
     fn parameters(&self) -> &'static [(&'static str, Quantity)] {
         self.0.parameters()
@@ -32,13 +32,13 @@ where
     E: OwnEnergy<N, P>,
 {
     const { assert!(N >= 1 && N <= 3, "an energy is over one to three nodes") };
-    Arc::new(Kept(Arc::new(Adapter(energy))))
+    Arc::new(SceneEnergy(Arc::new(Adapter(energy))))
 }
 
 /// The user-defined energy of `attached`, an entry of the scene's energies; `None` if its code has not been given.
 pub(crate) fn energy<D>(attached: &Attached<D>) -> Option<&Arc<dyn AnyEnergy>> {
     let code: &dyn Any = attached.code()?;
-    code.downcast_ref::<Kept>().map(|kept| &kept.0)
+    code.downcast_ref::<SceneEnergy>().map(|kept| &kept.0)
 }
 
 impl Scene {

@@ -65,7 +65,7 @@ pub use crate::energy::law::Stiffness;
 use crate::energy::law::Symmetric;
 use crate::energy::{Analytic, AsEnergy, Element, Energy, Local};
 use crate::numerics::out_of_line::OutOfLine;
-use crate::numerics::scalar::{Nestable, Scalar, SimdScalar};
+use crate::numerics::scalar::{RodScalar, Scalar, SimdScalar};
 use crate::numerics::vector::{Vector, components, dot, map_components, sub};
 use nalgebra::SVector;
 use num_dual::{Dual2SVec, DualSVec};
@@ -390,7 +390,7 @@ impl<D: Scalar> Element<D, UNKNOWNS> for BendTwist<D> {
 
 /// The gradient dE/dq of `element` at the unknowns `q` by num-dual, N and N m: differentiated by the 8 unknowns of the
 /// edges, then converted to the 11 of the nodes.
-pub fn dual_gradient<D: Nestable>(element: &BendTwist<D>, q: &[D; UNKNOWNS]) -> [D; UNKNOWNS] {
+pub fn dual_gradient<D: RodScalar>(element: &BendTwist<D>, q: &[D; UNKNOWNS]) -> [D; UNKNOWNS] {
     type Over<D> = DualSVec<D, EDGE_UNKNOWNS>;
     // Positions enter through edges only: eight derivatives in each number instead of eleven.
     let over = element.map(|x| OutOfLine(Over::<D>::from_re(x)));
@@ -402,7 +402,7 @@ pub fn dual_gradient<D: Nestable>(element: &BendTwist<D>, q: &[D; UNKNOWNS]) -> 
 
 /// Energy, gradient and full Hessian of `element` at the unknowns `q` by num-dual: differentiated by the 8 unknowns of
 /// the edges instead of eleven, then converted to the nodes.
-pub fn dual_tangent<D: Nestable>(element: &BendTwist<D>, q: &[D; UNKNOWNS]) -> Local<D, UNKNOWNS> {
+pub fn dual_tangent<D: RodScalar>(element: &BendTwist<D>, q: &[D; UNKNOWNS]) -> Local<D, UNKNOWNS> {
     type Over<D> = Dual2SVec<D, EDGE_UNKNOWNS>;
     let over = element.map(|x| OutOfLine(Over::<D>::from_re(x)));
     let energy =

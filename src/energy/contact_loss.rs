@@ -26,10 +26,10 @@
 //! of a step, on which the velocities depend linearly; they are computed in dual numbers and not symmetric. `touches`
 //! is whether there is an overlap.
 
-use crate::energy::by_unknowns::jacobian;
+use crate::energy::autodiff::jacobian;
 use crate::energy::edge_contact::{EdgeContact, GAUSS};
 use crate::energy::overlap::EdgePart;
-use crate::numerics::scalar::{Nestable, Scalar};
+use crate::numerics::scalar::{RodScalar, Scalar};
 use crate::numerics::vector::{Vector, add, cross, dot, scale, sub, unit};
 use crate::scene::contact::ContactLoss;
 
@@ -116,7 +116,7 @@ impl<D: Scalar> LossyContact<'_, D> {
     }
 }
 
-impl<D: Nestable> LossyContact<'_, D> {
+impl<D: RodScalar> LossyContact<'_, D> {
     /// Derivatives of [`forces`](Self::forces) by the `U` unknowns of an edge, N/m (N or N m for the angle). The edge
     /// has two nodes with `A` coordinates each (2 in a plane, 3 in space), and in space an angle. Each velocity has the
     /// derivative `rate`, 1/s, by its unknown.

@@ -19,9 +19,9 @@
 //! angle `m.t`. Derivatives in space are computed in dual numbers. A moment about fixed axes has no potential in space
 //! either (Ziegler 1968).
 
-use crate::energy::by_unknowns::jacobian;
+use crate::energy::autodiff::jacobian;
 use crate::energy::frame::{EdgeFrame, one_plus_dot};
-use crate::numerics::scalar::{Nestable, Scalar};
+use crate::numerics::scalar::{RodScalar, Scalar};
 use crate::numerics::vector::{Vector, add, combine, cross, dot, scale, sub};
 
 /// Number of unknowns of an edge in space: positions of its nodes, and its angle between them.
@@ -108,7 +108,7 @@ impl<D: Scalar> FollowerLoad<D> {
     }
 }
 
-impl<D: Nestable> FollowerLoad<D> {
+impl<D: RodScalar> FollowerLoad<D> {
     /// Minus the derivatives of [`spatial_forces`](Self::spatial_forces) by the unknowns, in dual numbers; rows are
     /// forces, columns unknowns. N/m for coordinates; N and N m with the angle.
     pub fn spatial_tangent(

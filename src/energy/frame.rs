@@ -8,7 +8,7 @@
 //! director of the second edge. It is continuous beyond half a turn.
 //!
 //! Between two acceptances the energy is a function of the unknowns alone; this module moves the reference
-//! ([`Frames::rebase`]) without changing that energy.
+//! ([`Frames::update_reference_frames`]) without changing that energy.
 //!
 //! [`Frames::bishop`] makes frames without twist along given tangents. `transport` moves a vector from one unit tangent
 //! to another. [`transported_twist`] is an angle, rad, of two edges whose tangents change in time. It is the turn of
@@ -234,7 +234,7 @@ impl<D: Scalar> Frames<D> {
 
     /// Moves the reference to the unit vector `tangent(j)` for each edge `j`. Directors are transported; reference
     /// twists follow continuously (`moved_twist`). The energy does not change.
-    pub fn rebase(&mut self, tangent: impl Fn(usize) -> Vector<D>) {
+    pub fn update_reference_frames(&mut self, tangent: impl Fn(usize) -> Vector<D>) {
         let mut before = None;
         for j in 0..self.edges.len() {
             let from = self.edges[j].tangent;

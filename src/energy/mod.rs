@@ -18,9 +18,10 @@
 //! Read [`stretch`] first: it is the simplest complete element.
 
 pub(crate) mod adapter;
+pub(crate) mod anchor_spring;
 pub(crate) mod attach;
+pub(crate) mod autodiff;
 pub mod bend_twist;
-pub(crate) mod by_unknowns;
 pub(crate) mod contact_loss;
 pub mod dead_load;
 pub mod dead_moment;
@@ -38,7 +39,6 @@ pub mod planar_bend;
 pub mod stretch;
 pub(crate) mod swept_edge;
 pub(crate) mod tendon;
-pub(crate) mod tie;
 
 pub use crate::scene::At;
 pub use bend_twist::BendTwist;
@@ -46,14 +46,14 @@ pub use dead_load::DeadLoad;
 pub use dead_moment::DeadMoment;
 pub use follower_load::FollowerLoad;
 pub use hyperelastic_stretch::HyperelasticStretch;
-pub use law::{Law, Sliders, Stiffness};
-pub use own::{By, Curvatures, OwnEnergy, Slopes};
+pub use law::{Law, SlipElements, Stiffness};
+pub use own::{Argument, EnergyGradient, EnergyHessian, OwnEnergy};
 pub use place::{Directors, Place};
 pub use planar_bend::PlanarBend;
 pub use stretch::Stretch;
 
 use crate::numerics::out_of_line::OutOfLine;
-use crate::numerics::scalar::{Nestable, Scalar};
+use crate::numerics::scalar::{RodScalar, Scalar};
 use nalgebra::SVector;
 use num_dual::{Dual2SVec, DualSVec};
 use serde::{Deserialize, Serialize};
@@ -116,7 +116,7 @@ pub trait Element<D: Scalar, const N: usize>: Copy {
 
 /// dE/dq of an element at the unknowns `q`, J over the units of `q`, by num-dual (first-order dual numbers with `N`
 /// derivatives).
-pub fn dual_gradient<D: Nestable, E: Element<D, N>, const N: usize>(
+pub fn dual_gradient<D: RodScalar, E: Element<D, N>, const N: usize>(
     element: &E,
     q: &[D; N],
 ) -> [D; N] {
@@ -127,7 +127,7 @@ pub fn dual_gradient<D: Nestable, E: Element<D, N>, const N: usize>(
 
 /// E, dE/dq and the full matrix d2E/dq2 of an element at the unknowns `q` by num-dual (second-order dual numbers with
 /// `N` derivatives).
-pub fn dual_tangent<D: Nestable, E: Element<D, N>, const N: usize>(
+pub fn dual_tangent<D: RodScalar, E: Element<D, N>, const N: usize>(
     element: &E,
     q: &[D; N],
 ) -> Local<D, N> {

@@ -1,4 +1,4 @@
-//! User-defined energies: the trait [`OwnEnergy`] and its derivatives [`Slopes`] and [`Curvatures`].
+//! User-defined energies: the trait [`OwnEnergy`] and its derivatives [`EnergyGradient`] and [`EnergyHessian`].
 //!
 //! A potential that acts on a rod and is not built in is written once, over any
 //! [`Scalar`], and attached to a scene by its place: [`Scene::with_energy`]. From then on it is a
@@ -7,8 +7,8 @@
 //!
 //! An energy, J, is a function of one to three neighbouring nodes and of the material directors of the edges between
 //! them, all in the world. The angles of the rod's edges are no arguments, because their reference frames move with the
-//! rod. Derivatives are computed in dual numbers, unless [`OwnEnergy::gradient`] returns the first ones as [`Slopes`],
-//! and [`OwnEnergy::hessian`] the second ones as [`Curvatures`], by each node and director ([`By`]). A Hessian without
+//! rod. Derivatives are computed in dual numbers, unless [`OwnEnergy::gradient`] returns the first ones as [`EnergyGradient`],
+//! and [`OwnEnergy::hessian`] the second ones as [`EnergyHessian`], by each node and director ([`Argument`]). A Hessian without
 //! gradient is not used.
 //!
 //! ```
@@ -98,7 +98,7 @@ pub trait OwnEnergy<const N: usize, const P: usize>: Send + Sync + 'static {
         _parameters: &[D; P],
         _nodes: &[Vector<D>; N],
         _edges: &[Directors<D>],
-    ) -> Option<Slopes<D, N>> {
+    ) -> Option<EnergyGradient<D, N>> {
         None
     }
 
@@ -110,7 +110,7 @@ pub trait OwnEnergy<const N: usize, const P: usize>: Send + Sync + 'static {
         _parameters: &[D; P],
         _nodes: &[Vector<D>; N],
         _edges: &[Directors<D>],
-    ) -> Option<Curvatures<D, N>> {
+    ) -> Option<EnergyHessian<D, N>> {
         None
     }
 
@@ -123,7 +123,7 @@ pub trait OwnEnergy<const N: usize, const P: usize>: Send + Sync + 'static {
 
 /// An argument of an energy by which it is differentiated: three components each.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum By {
+pub enum Argument {
     /// The position of a node.
     Node(usize),
     /// The tangent of an edge.
@@ -134,7 +134,7 @@ pub enum By {
     Second(usize),
 }
 
-impl By {
+impl Argument {
     /// `[i, k]`: the index `i` of the node or edge, and the kind `k` of argument: 0 position, 1 tangent, 2 first and 3
     /// second director.
     fn place(self) -> [usize; 2] {
@@ -156,22 +156,22 @@ impl By {
 
 /// First derivatives of an energy over `N` nodes by positions and directors; zero where not set.
 #[derive(Clone, Copy, Debug)]
-pub struct Slopes<D, const N: usize> {
+pub struct EnergyGradient<D, const N: usize> {
     by: [[Vector<D>; 4]; N],
     pub(crate) of_edges: bool,
 }
 
-impl<D: Scalar, const N: usize> Default for Slopes<D, N> {
+impl<D: Scalar, const N: usize> Default for EnergyGradient<D, N> {
     /// First derivatives by all positions and directors that are zero.
     fn default() -> Self {
         Self { by: [[[D::from(0.0); 3]; 4]; N], of_edges: false }
     }
 }
 
-impl<D: Scalar, const N: usize> Slopes<D, N> {
+impl<D: Scalar, const N: usize> EnergyGradient<D, N> {
     /// The slopes with the vector `slope` added to the derivative by `by`: the position of a node, or the tangent or a
     /// director of an edge.
-    pub fn with(mut self, by: By, slope: Vector<D>) -> Self {
+    pub fn with(mut self, by: Argument, slope: Vector<D>) -> Self {
         let [i, k] = by.place();
         self.of_edges |= k > 0;
         self.by[i][k] = add(self.by[i][k], slope);
@@ -180,7 +180,7 @@ impl<D: Scalar, const N: usize> Slopes<D, N> {
 
     /// The derivative by the three components of `by`, the position of a node, or the tangent or a director of an edge;
     /// zero if not set.
-    pub fn by(&self, by: By) -> Vector<D> {
+    pub fn by(&self, by: Argument) -> Vector<D> {
         let [i, k] = by.place();
         self.by[i][k]
     }
@@ -188,23 +188,23 @@ impl<D: Scalar, const N: usize> Slopes<D, N> {
 
 /// Second derivatives of an energy over `N` nodes by positions and directors; zero where not set.
 #[derive(Clone, Copy, Debug)]
-pub struct Curvatures<D, const N: usize> {
+pub struct EnergyHessian<D, const N: usize> {
     by: [[[[Block<D>; 4]; 4]; N]; N],
     pub(crate) of_edges: bool,
 }
 
-impl<D: Scalar, const N: usize> Default for Curvatures<D, N> {
+impl<D: Scalar, const N: usize> Default for EnergyHessian<D, N> {
     /// Second derivatives by all positions and directors that are zero.
     fn default() -> Self {
         Self { by: [[[[[[D::from(0.0); 3]; 3]; 4]; 4]; N]; N], of_edges: false }
     }
 }
 
-impl<D: Scalar, const N: usize> Curvatures<D, N> {
+impl<D: Scalar, const N: usize> EnergyHessian<D, N> {
     /// The second derivatives with `block` added to those by `row` (rows of the block) and `column`. Both are the
     /// position of a node, or the tangent or a director of an edge. The transposed block is added to those by `column`
     /// and `row`, if these differ.
-    pub fn with(mut self, row: By, column: By, block: Block<D>) -> Self {
+    pub fn with(mut self, row: Argument, column: Argument, block: Block<D>) -> Self {
         let ([i, k], [j, l]) = (row.place(), column.place());
         self.of_edges |= k > 0 || l > 0;
         for r in 0..3 {
@@ -222,7 +222,7 @@ impl<D: Scalar, const N: usize> Curvatures<D, N> {
 
     /// The three by three second derivatives by the components of `row` (rows) and `column`; zeros if not set. Both are
     /// the position of a node, or the tangent or a director of an edge.
-    pub fn by(&self, row: By, column: By) -> Block<D> {
+    pub fn by(&self, row: Argument, column: Argument) -> Block<D> {
         let ([i, k], [j, l]) = (row.place(), column.place());
         self.by[i][j][k][l]
     }

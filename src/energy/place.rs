@@ -1,4 +1,4 @@
-//! Elements of a rod on which a user-defined energy acts ([`Spot`], by `spots`), and their rest shape ([`Place`]).
+//! Elements of a rod on which a user-defined energy acts ([`ElementPlacement`], by `spots`), and their rest shape ([`Place`]).
 //!
 //! Input: the place named in a scene ([`At`]), the number of nodes of an element, and the mesh. The start or end has
 //! the first or last element. An arc length has the two elements whose centers enclose it, with linear weights, or the
@@ -21,7 +21,7 @@ pub type Directors<D> = [Vector<D>; 3];
 
 /// One element of an energy on a mesh: its first node, weight and rest shape.
 #[derive(Clone, Debug)]
-pub struct Spot<D> {
+pub struct ElementPlacement<D> {
     /// The first node of the element.
     pub first: usize,
     /// Its weight in an energy at a point between two elements.
@@ -38,7 +38,7 @@ pub struct Place<'a, D> {
 }
 
 impl<'a, D: Scalar> Place<'a, D> {
-    /// The place of an element of `nodes` nodes; `numbers(i)` is number `i` of its [`Spot`].
+    /// The place of an element of `nodes` nodes; `numbers(i)` is number `i` of its [`ElementPlacement`].
     pub(crate) fn new(nodes: usize, numbers: &'a dyn Fn(usize) -> D) -> Self {
         Self { numbers, nodes }
     }
@@ -104,7 +104,7 @@ pub(crate) fn spots<D: Scalar>(
     nodes: usize,
     mesh: &Mesh<D>,
     rest: impl Fn(usize) -> (Vec<Vector<D>>, Vec<Directors<D>>),
-) -> Vec<Spot<D>> {
+) -> Vec<ElementPlacement<D>> {
     let (arcs, zero) = (&mesh.arc_length, D::from(0.0));
     let count = (arcs.len() + 1).saturating_sub(nodes);
     let middle = |i: usize| (arcs[i] + arcs[i + 1]) * 0.5;
@@ -133,7 +133,11 @@ pub(crate) fn spots<D: Scalar>(
     };
     let spot = |i: usize, weight: Option<D>| {
         let (nodes, edges) = rest(i);
-        Spot { first: i, weight, numbers: numbers([centre(i), length(i)], &nodes, &edges) }
+        ElementPlacement {
+            first: i,
+            weight,
+            numbers: numbers([centre(i), length(i)], &nodes, &edges),
+        }
     };
     match at {
         _ if count == 0 => Vec::new(),
@@ -163,7 +167,7 @@ mod tests {
     use crate::scene::Shape;
 
     /// Elements on a straight rod of 0.95 m with ten edges and the wall in the middle of the first.
-    fn spots(at: At, nodes: usize) -> Vec<Spot<f64>> {
+    fn spots(at: At, nodes: usize) -> Vec<ElementPlacement<f64>> {
         let shape = Shape::Straight { length: 0.95, direction: [1.0, 0.0, 0.0] };
         let mesh = shape.mesh(Some(10), [0.5, 0.0]).unwrap();
         let rest = |i: usize| (mesh.nodes[i..i + nodes].to_vec(), vec![[[0.0; 3]; 3]; nodes - 1]);
@@ -171,7 +175,7 @@ mod tests {
     }
 
     /// Sum of `f(arc length)` over the elements, times weight and tributary length.
-    fn sum(spots: &[Spot<f64>], f: impl Fn(f64) -> f64) -> f64 {
+    fn sum(spots: &[ElementPlacement<f64>], f: impl Fn(f64) -> f64) -> f64 {
         spots.iter().map(|s| s.weight.unwrap_or(1.0) * s.numbers[1] * f(s.numbers[0])).sum()
     }
 
@@ -195,7 +199,7 @@ mod tests {
         for nodes in [1, 2, 3] {
             for s in [0.2, 0.31, 0.449] {
                 let shares = spots(At::ArcLength(s), nodes);
-                let part = |s: &Spot<f64>| s.weight.unwrap_or(1.0);
+                let part = |s: &ElementPlacement<f64>| s.weight.unwrap_or(1.0);
                 let centre: f64 = shares.iter().map(|s| part(s) * s.numbers[0]).sum();
                 assert!((centre - s).abs() < 1e-15, "{nodes} {s}: {centre}");
                 assert!((shares.iter().map(part).sum::<f64>() - 1.0).abs() < 1e-15);

@@ -7,7 +7,7 @@
 //! read. Output: an [`Experiment`]. Errors are those of the scene, with its file or that of the fit, and of the
 //! measurements.
 
-use crate::accuracy::Aim;
+use crate::accuracy::Calculation;
 use crate::error::{Error, ensure};
 use crate::fit::buckling_form::BucklingForm;
 use crate::fit::frequencies_form::FrequenciesForm;
@@ -213,7 +213,7 @@ impl ExperimentForm {
         // The check comes before the mesh, whose size may exceed the memory.
         check_scene(&scene)?;
         let name = self.name.clone().unwrap_or_default();
-        let experiment = Experiment::new(name, &scene.problem_for(Aim::Guess)?);
+        let experiment = Experiment::new(name, &scene.problem_for(Calculation::Guess)?);
         self.with_measurements(experiment, folder)
     }
 

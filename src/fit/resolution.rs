@@ -16,7 +16,7 @@
 //! [`with_reported_resolution`] restores the meshes and steps of a stored report, for the same number of experiments. A
 //! scene that does not allow its new mesh or step is an error.
 
-use crate::accuracy::{Aim, ErrorModel};
+use crate::accuracy::{Calculation, ErrorModel};
 use crate::error::Error;
 use crate::fit::measurement::experiment::{Experiment, full_work};
 use crate::fit::search::Search;
@@ -70,7 +70,7 @@ pub(crate) fn with_initial_resolution(
         }
         let modes = FIRST_PER_MODE * experiment.highest_mode();
         // The mesh is chosen for the measurements: the scene's own may resolve a motion that was not recorded.
-        let guess = scene.reopened().problem_for(Aim::Guess)?.segments();
+        let guess = scene.reopened().problem_for(Calculation::Guess)?.segments();
         let segments = guess.max(FIRST_EDGES).max(modes);
         let step = match experiment.rise_time() {
             Some(rise) => (2.0 * rise / FIRST_STEPS).min(scene.largest_good_step()),

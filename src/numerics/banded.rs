@@ -190,7 +190,7 @@ impl<D: Scalar, const W: usize> Tangent<D> for BandMatrix<D, W> {
     }
 
     /// Replaces row and column `i`, in both triangles, by those of the identity: zeros, and one on the diagonal.
-    fn uncouple(&mut self, i: usize) {
+    fn eliminate_row_and_column(&mut self, i: usize) {
         self.diagonal[i] = D::from(1.0);
         self.below[i] = [D::from(0.0); W];
         for (p, j) in (i.saturating_sub(W)..i).rev().enumerate() {

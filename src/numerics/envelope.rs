@@ -94,7 +94,7 @@ impl<D: Scalar> Envelope<D> {
     }
 
     /// Replaces row and column `i` by those of the identity: zeros, and one on the diagonal.
-    pub fn uncouple(&mut self, i: usize) {
+    pub fn eliminate_row_and_column(&mut self, i: usize) {
         for row in i..self.order() {
             if self.first[row] <= i {
                 let k = self.index(row, i);
@@ -282,7 +282,7 @@ mod tests {
     #[test]
     fn uncoupled_row_and_column_are_those_of_the_identity() {
         let mut a = matrix(0.0);
-        a.uncouple(3);
+        a.eliminate_row_and_column(3);
         for i in 0..8 {
             assert_eq!([a.get(3, i), a.get(i, 3)], [f64::from(i == 3); 2]);
         }

@@ -12,11 +12,11 @@
 //! values).
 
 pub mod banded;
+pub mod directions;
 pub mod envelope;
 pub mod envelope_lu;
 pub(crate) mod hermite;
 pub mod lanczos;
-pub mod lanes;
 pub mod levenberg_marquardt;
 mod linearized;
 pub(crate) mod noise_scale;

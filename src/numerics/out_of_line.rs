@@ -2,12 +2,12 @@
 //!
 //! With many derivatives per number, inlined operations expand a formula to thousands of instructions. Formulas that
 //! are not time-critical are evaluated with [`OutOfLine`] numbers, which keeps the compiled program small. Value and
-//! derivatives are bitwise those of the number inside. The file also implements `Nestable` for the dual numbers that
+//! derivatives are bitwise those of the number inside. The file also implements `RodScalar` for the dual numbers that
 //! rods are computed with: sweeps along a rod are inlined for dual numbers with one derivative, and out of line for
 //! those with several.
 
 use crate::numerics::operators::derived_operators;
-use crate::numerics::scalar::{ForEachScalar, Nestable, Scalar, SimdScalar, Sweep};
+use crate::numerics::scalar::{ForEachScalar, RodScalar, Scalar, SimdScalar, Sweep};
 use nalgebra::Const;
 use num_dual::{Dual64, DualSVec64, HyperDual64};
 use std::cmp::Ordering;
@@ -145,10 +145,10 @@ impl<D: Scalar> SimdScalar<D> for OutOfLine<D> {
     }
 }
 
-/// Implements [`Nestable`] for dual numbers.
+/// Implements [`RodScalar`] for dual numbers.
 macro_rules! nestable {
     ($($scalar:ty: $instance:ident, $sweeps:ty, $components:expr;)*) => {
-        $(impl Nestable for $scalar {
+        $(impl RodScalar for $scalar {
             /// The instance of `all`, such as a user-defined energy, that is compiled for this scalar.
             fn instance<T: ForEachScalar + ?Sized>(all: &T) -> &T::Instance<Self> {
                 all.$instance()

@@ -2,7 +2,7 @@
 //! motion.
 //!
 //! Linear systems are solved over one range of unknowns. [`PrescribedDofs`] is the list of the indices of the
-//! prescribed ones, sorted and without repetitions. `uncouple` replaces their rows and columns in a tangent by those of
+//! prescribed ones, sorted and without repetitions. `eliminate_rows_and_columns` replaces their rows and columns in a tangent by those of
 //! the identity, and `fill` sets their entries of a right-hand side to zero (or another value). Then their change is
 //! zero, and the changes of the other unknowns are those of the system without them.
 
@@ -54,9 +54,9 @@ impl PrescribedDofs {
 
     /// Replaces the rows and columns of all prescribed unknowns in a matrix by those of the identity.
     #[inline]
-    pub fn uncouple<D: Scalar>(&self, matrix: &mut impl Tangent<D>) {
+    pub fn eliminate_rows_and_columns<D: Scalar>(&self, matrix: &mut impl Tangent<D>) {
         for i in &*self.0 {
-            matrix.uncouple(*i);
+            matrix.eliminate_row_and_column(*i);
         }
     }
 }
@@ -91,7 +91,7 @@ mod tests {
             let mut b: Vec<f64> = (0..n).map(|i| (i as f64).sin()).collect();
             prescribed.fill(&mut b, 0.0);
             let mut matrix = whole.clone();
-            prescribed.uncouple(&mut matrix);
+            prescribed.eliminate_rows_and_columns(&mut matrix);
             let mut factors = Ldlt::with_order(n);
             factors.factor(&matrix, 0..n).unwrap();
             let mut x = b.clone();

@@ -1,8 +1,8 @@
 //! The trait [`Scalar`]: the number type over which every energy and every physical formula is written.
 //!
 //! An energy is one generic function. With `f64` it returns its value, with a dual number of [`num_dual`] its value and
-//! exact derivatives, and with [`Terms`](crate::check::Terms) the size of the terms that may cancel in each derivative.
-//! [`SimdScalar`] is a vector of numbers for loops along a rod ([`Sweep`]). [`Nestable`] are the five scalars with
+//! exact derivatives, and with [`CancellationBound`](crate::check::CancellationBound) the size of the terms that may cancel in each derivative.
+//! [`SimdScalar`] is a vector of numbers for loops along a rod ([`Sweep`]). [`RodScalar`] are the five scalars with
 //! which rods are computed: `f64`, dual numbers with one, two or eight first derivatives, and those with two first
 //! derivatives and the mixed second one.
 
@@ -267,7 +267,7 @@ pub trait Sweep<D> {
 /// A [`Scalar`] that rods are computed with, and that num-dual can differentiate once more when nested in its dual
 /// numbers. The set is closed: an object chosen at run time, such as a [user-defined energy](crate::energy::own), has
 /// one instance compiled for each of them.
-pub trait Nestable: Scalar + DualNum<Primitive = f64> {
+pub trait RodScalar: Scalar + DualNum<Primitive = f64> {
     /// The instance of `all` for this scalar, such as a user-defined energy compiled for it.
     #[doc(hidden)]
     fn instance<T: ForEachScalar + ?Sized>(all: &T) -> &T::Instance<Self>;
@@ -282,7 +282,7 @@ pub trait Nestable: Scalar + DualNum<Primitive = f64> {
     fn is_identically_zero(&self) -> bool;
 }
 
-/// An object with one instance for each [`Nestable`] scalar.
+/// An object with one instance for each [`RodScalar`] scalar.
 #[doc(hidden)]
 pub trait ForEachScalar {
     /// The instance for the scalar `D`.

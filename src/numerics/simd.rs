@@ -9,7 +9,7 @@
 //! code.
 
 use crate::numerics::operators::derived_operators;
-use crate::numerics::scalar::{ForEachScalar, Nestable, Scalar, SimdScalar, Sweep};
+use crate::numerics::scalar::{ForEachScalar, RodScalar, Scalar, SimdScalar, Sweep};
 use crate::numerics::trigonometry::{self, sin_and_cos};
 use pulp::{Simd, bytemuck};
 use std::cmp::Ordering;
@@ -280,7 +280,7 @@ impl<L: Level> Scalar for SimdF64<L> {
     }
 }
 
-impl Nestable for f64 {
+impl RodScalar for f64 {
     /// The instance of `all`, such as a user-defined energy, that is compiled for `f64`, without derivatives.
     fn instance<T: ForEachScalar + ?Sized>(all: &T) -> &T::Instance<Self> {
         all.plain()

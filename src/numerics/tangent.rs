@@ -40,7 +40,7 @@ pub trait Tangent<D: Scalar>: Clone + Debug + Send + Sync {
     fn add_corner<const N: usize>(&mut self, start: usize, size: usize, block: &[[D; N]; N]);
 
     /// Replaces row and column `i` by those of the identity: zeros, and one on the diagonal.
-    fn uncouple(&mut self, i: usize);
+    fn eliminate_row_and_column(&mut self, i: usize);
 
     /// Sets every entry to zero.
     fn clear(&mut self);

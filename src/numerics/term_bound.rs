@@ -1,7 +1,7 @@
 //! Numbers that bound the rounding errors of derivatives, for the check of hand-derived derivatives.
 //!
 //! A computed derivative is a sum of terms. If large terms cancel, its relative error is large although the formula is
-//! correct. [`Terms`] evaluates an energy with its value and, for every first and second derivative, the sum of the
+//! correct. [`CancellationBound`] evaluates an energy with its value and, for every first and second derivative, the sum of the
 //! absolute values of the terms of the chain rule; it has no derivatives with signs. The check accepts differences
 //! between two derivatives up to a tolerance times that sum. Optionally the sums have a floor: the change of each term
 //! by rounding errors of the values in it.
@@ -22,13 +22,13 @@ const VALUE_ROUNDING: f64 = 1.0 / 64.0;
 /// values of all terms of the chain rule. Rounding errors of a derivative are proportional to its sum, even if
 /// large terms cancel and the derivative is small.
 ///
-/// With [`Terms::rounded_unknowns`] every sum also has a floor: the change of each term by rounding errors of the
+/// With [`CancellationBound::rounded_unknowns`] every sum also has a floor: the change of each term by rounding errors of the
 /// values in it. A stress `k (s - s_natural)` of an element at rest is 0 by one formula and `k` times a rounding
 /// error of the strain by another; the sum of its terms alone is 0.
 ///
 /// It implements [`Scalar`] without being a dual number of num-dual, so that every energy can be evaluated with it.
 #[derive(Clone, Copy, Debug)]
-pub struct Terms<const N: usize> {
+pub struct CancellationBound<const N: usize> {
     /// The value itself.
     pub value: f64,
     /// Sums of absolute terms of the gradient.
@@ -49,7 +49,7 @@ struct Partials {
     third: [f64; 4],
 }
 
-impl<const N: usize> Terms<N> {
+impl<const N: usize> CancellationBound<N> {
     /// The unknowns at the values `q`, each with the sum 1 for the derivative by itself. Sums of absolute terms have no
     /// floor for rounding errors of the values, as those of [`rounded_unknowns`](Self::rounded_unknowns) have.
     pub fn unknowns(q: &[f64; N]) -> [Self; N] {
@@ -132,7 +132,7 @@ fn table<const N: usize>(entry: impl Fn(usize, usize) -> f64) -> [[f64; N]; N] {
     rows
 }
 
-impl<const N: usize> From<f64> for Terms<N> {
+impl<const N: usize> From<f64> for CancellationBound<N> {
     /// The constant `value`, without derivatives and rounding errors.
     fn from(value: f64) -> Self {
         let magnitude = value.abs();
@@ -143,7 +143,7 @@ impl<const N: usize> From<f64> for Terms<N> {
 /// Partial derivatives of a sum or a difference.
 const LINEAR: Partials = Partials { first: [1.0; 2], second: [0.0; 3], third: [0.0; 4] };
 
-impl<const N: usize> Add for Terms<N> {
+impl<const N: usize> Add for CancellationBound<N> {
     type Output = Self;
     /// The sum of the values. Absolute terms of derivatives, and sizes of rounding errors, are the sums of those of
     /// both numbers.
@@ -151,7 +151,7 @@ impl<const N: usize> Add for Terms<N> {
         self.chain2(&other, self.value + other.value, LINEAR)
     }
 }
-impl<const N: usize> Sub for Terms<N> {
+impl<const N: usize> Sub for CancellationBound<N> {
     type Output = Self;
     /// The difference of the values. Absolute terms of derivatives are the sums (not differences) of those of both
     /// numbers.
@@ -159,7 +159,7 @@ impl<const N: usize> Sub for Terms<N> {
         self.chain2(&other, self.value - other.value, LINEAR)
     }
 }
-impl<const N: usize> Mul for Terms<N> {
+impl<const N: usize> Mul for CancellationBound<N> {
     type Output = Self;
     /// The product `a b`: its value, and for each first and second derivative the sum of the absolute terms of the
     /// product rule, for example `|b| a_i + |a| b_i`. `a_i` and `b_i` are such sums too: there are no derivatives with
@@ -170,7 +170,7 @@ impl<const N: usize> Mul for Terms<N> {
         self.chain2(&other, a * b, partials)
     }
 }
-impl<const N: usize> Div for Terms<N> {
+impl<const N: usize> Div for CancellationBound<N> {
     type Output = Self;
     /// The quotient `a/b`: its value, and for each first and second derivative the sum of the absolute terms of the
     /// quotient rule, for example `|1/b| a_i + |a/b^2| b_i`. `a_i` and `b_i` are such sums too: there are no
@@ -187,7 +187,7 @@ impl<const N: usize> Div for Terms<N> {
         self.chain2(&other, a / b, partials)
     }
 }
-impl<const N: usize> Neg for Terms<N> {
+impl<const N: usize> Neg for CancellationBound<N> {
     type Output = Self;
     /// The number with the opposite value and the same absolute terms.
     fn neg(self) -> Self {
@@ -195,7 +195,7 @@ impl<const N: usize> Neg for Terms<N> {
         Self { value: -self.value, ..self }
     }
 }
-impl<const N: usize> Add<f64> for Terms<N> {
+impl<const N: usize> Add<f64> for CancellationBound<N> {
     type Output = Self;
     /// The sum with a constant: absolute terms of derivatives stay, and the rounding error of the value includes the
     /// constant.
@@ -203,7 +203,7 @@ impl<const N: usize> Add<f64> for Terms<N> {
         Self { value: self.value + other, magnitude: self.magnitude + other.abs(), ..self }
     }
 }
-impl<const N: usize> Sub<f64> for Terms<N> {
+impl<const N: usize> Sub<f64> for CancellationBound<N> {
     type Output = Self;
     /// The difference from a constant: absolute terms of derivatives stay, and the rounding error of the value includes
     /// the constant.
@@ -211,14 +211,14 @@ impl<const N: usize> Sub<f64> for Terms<N> {
         self + -other
     }
 }
-impl<const N: usize> Mul<f64> for Terms<N> {
+impl<const N: usize> Mul<f64> for CancellationBound<N> {
     type Output = Self;
     /// The product with a constant: all terms are multiplied by its absolute value.
     fn mul(self, other: f64) -> Self {
         self.chain(|x| x * other)
     }
 }
-impl<const N: usize> Div<f64> for Terms<N> {
+impl<const N: usize> Div<f64> for CancellationBound<N> {
     type Output = Self;
     /// The quotient by a constant: all terms are divided by its absolute value.
     fn div(self, other: f64) -> Self {
@@ -226,9 +226,9 @@ impl<const N: usize> Div<f64> for Terms<N> {
     }
 }
 
-derived_operators!([const N: usize] Terms<N>);
+derived_operators!([const N: usize] CancellationBound<N>);
 
-impl<const N: usize> PartialOrd for Terms<N> {
+impl<const N: usize> PartialOrd for CancellationBound<N> {
     /// The order of the values; absolute terms are not compared. None if a value is NaN.
     fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
         self.value.partial_cmp(&other.value)
@@ -244,7 +244,7 @@ macro_rules! functions {
     };
 }
 
-impl<const N: usize> Scalar for Terms<N> {
+impl<const N: usize> Scalar for CancellationBound<N> {
     const ORDER: usize = 2;
 
     /// The value itself.
@@ -291,7 +291,7 @@ mod tests {
     #[test]
     fn terms_without_cancellation_equal_the_derivatives() {
         let q = [0.02, 0.1];
-        let [x, y] = Terms::unknowns(&q);
+        let [x, y] = CancellationBound::unknowns(&q);
         let terms = rising(x * 0.1, y);
         // All terms are positive, so that the sums of absolute terms are the derivatives by
         // num-dual.
@@ -313,7 +313,7 @@ mod tests {
 
     #[test]
     fn terms_of_a_vanishing_difference_remain() {
-        let [x] = Terms::unknowns(&[3.0]);
+        let [x] = CancellationBound::unknowns(&[3.0]);
         let zero = x * x - x * x;
         // x^2 has the derivatives 2x = 6 and 2; both terms count.
         assert_eq!((zero.value, zero.first[0], zero.second[0][0]), (0.0, 12.0, 4.0));
@@ -323,14 +323,14 @@ mod tests {
     /// error of the strain.
     #[test]
     fn terms_of_a_vanishing_stress_have_the_floor_of_the_strain() {
-        let energy = |[x]: [Terms<1>; 1]| {
+        let energy = |[x]: [CancellationBound<1>; 1]| {
             let strain = x * 3.0 - 6.0;
             strain * strain * 0.5
         };
-        let plain = energy(Terms::unknowns(&[2.0]));
+        let plain = energy(CancellationBound::unknowns(&[2.0]));
         assert_eq!((plain.first[0], plain.second[0][0]), (0.0, 9.0));
         // The strain is 6 - 6: a magnitude of 12, times its slope of 3.
-        let rounded = energy(Terms::rounded_unknowns(&[2.0]));
+        let rounded = energy(CancellationBound::rounded_unknowns(&[2.0]));
         approx::assert_relative_eq!(rounded.first[0], VALUE_ROUNDING * 12.0 * 3.0);
         assert_eq!(rounded.second[0][0], 9.0);
     }
@@ -339,7 +339,7 @@ mod tests {
     #[test]
     fn floor_of_second_derivative_is_the_third_derivative() {
         type Route<D> = fn(D) -> D;
-        let functions: [(&str, Route<Dual3_64>, Route<Terms<1>>); 14] = [
+        let functions: [(&str, Route<Dual3_64>, Route<CancellationBound<1>>); 14] = [
             ("recip", |x| x.recip(), Scalar::recip),
             ("sqrt", |x| x.sqrt(), Scalar::sqrt),
             ("powi", |x| DualNum::powi(&x, 5), |x| Scalar::powi(x, 5)),
@@ -358,8 +358,9 @@ mod tests {
         let value = 0.7;
         for (name, exact, terms) in functions {
             let exact = exact(Dual3_64::new(value, 1.0, 0.0, 0.0));
-            let of = |x: [Terms<1>; 1]| terms(x[0]).second[0][0];
-            let floor = of(Terms::rounded_unknowns(&[value])) - of(Terms::unknowns(&[value]));
+            let of = |x: [CancellationBound<1>; 1]| terms(x[0]).second[0][0];
+            let floor = of(CancellationBound::rounded_unknowns(&[value]))
+                - of(CancellationBound::unknowns(&[value]));
             let third = floor / (VALUE_ROUNDING * value);
             assert!((third - exact.v3.abs()).abs() < 1e-11 * (1.0 + exact.v3.abs()), "{name}");
         }
@@ -406,7 +407,7 @@ mod tests {
             ]
         }
         let q = [0.7, 1.3];
-        let [x, y] = Terms::unknowns(&q);
+        let [x, y] = CancellationBound::unknowns(&q);
         let dual = |i: usize| Dual2SVec64::<2>::from_re(q[i]).derivative(i);
         for (terms, exact) in all(x, y).iter().zip(all(dual(0), dual(1))) {
             let first = exact.v1.unwrap_generic(nalgebra::U1, nalgebra::U2);

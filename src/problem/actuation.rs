@@ -8,10 +8,10 @@
 //! scalar.
 
 use crate::energy::adapter::{AnyEnergy, Chart};
-use crate::energy::place::Spot;
+use crate::energy::place::ElementPlacement;
 use crate::energy::tendon::RoutePart;
 use crate::energy::tendon::element::TendonElement;
-use crate::numerics::scalar::{Nestable, Scalar};
+use crate::numerics::scalar::{RodScalar, Scalar};
 use crate::rod::{EdgeShift, JointShift, NaturalShifts, Placed};
 use crate::scene::actuation::{ActuatedStrain, RoutePoint};
 use crate::scene::mesh::Mesh;
@@ -100,14 +100,14 @@ pub(crate) const ENERGIES_PER_TENDON: usize = 2;
 
 /// The energies of a tendon with a `tension`, N, along a `route`: over the joints, and over the outer halves of the
 /// first and the last edge, which no joint represents. `name` is its key, for messages.
-pub(crate) fn tendon<D: Nestable>(
+pub(crate) fn tendon<D: RodScalar>(
     name: &str,
     tension: D,
     route: &[RoutePoint<D>],
     chart: &Chart<D>,
     mesh: &Mesh<D>,
 ) -> [Placed<D>; ENERGIES_PER_TENDON] {
-    let placed = |energy: Arc<dyn AnyEnergy>, spots: Vec<Spot<D>>| Placed {
+    let placed = |energy: Arc<dyn AnyEnergy>, spots: Vec<ElementPlacement<D>>| Placed {
         name: name.into(),
         energy,
         chart: chart.clone(),
@@ -140,7 +140,7 @@ fn route_parts<D: Scalar>(
     cell: Interval<D>,
     whole: D,
     first: usize,
-) -> Vec<Spot<D>> {
+) -> Vec<ElementPlacement<D>> {
     let part = |pair: &[RoutePoint<D>]| {
         let (a, b) = (&pair[0], &pair[1]);
         let straight = Interval { from: a.at, to: b.at };
@@ -154,7 +154,7 @@ fn route_parts<D: Scalar>(
             offset: [0, 1].map(|c| a.offset[c] + step[c] * along),
             change: step.map(|step| step * share),
         };
-        Some(Spot { first, weight: None, numbers: part.numbers(covered.middle()) })
+        Some(ElementPlacement { first, weight: None, numbers: part.numbers(covered.middle()) })
     };
     route.windows(2).filter_map(part).collect()
 }

@@ -9,7 +9,7 @@
 //! offset (m) of a marker from the center line of the rest shape. Fits compute positions and velocities of observed
 //! markers, and strains, from the axes.
 
-use crate::numerics::scalar::Nestable;
+use crate::numerics::scalar::RodScalar;
 use crate::numerics::vector::{Vector, add, cross, dot, scale, sub, unit};
 use crate::problem::Discretized;
 use crate::problem::model::{Model, first_director};
@@ -28,7 +28,7 @@ pub(crate) struct DirectorRotation<D>([D; 2]);
 impl<M: Model> Discretized<'_, M> {
     /// Rotation about the tangent from the directors of the model to the material directors, as its cosine and sine on
     /// the first edge at rest of the setup. It is the same for all edges and times.
-    pub(crate) fn directors<D: Nestable>(&self, setup: &Setup<D, M>) -> DirectorRotation<D> {
+    pub(crate) fn directors<D: RodScalar>(&self, setup: &Setup<D, M>) -> DirectorRotation<D> {
         let (q, frames) = (self.model.unknowns(&setup.rest), self.model.frames(&setup.rest));
         let nodes = [0, 1].map(|i| self.model.position(&q, i));
         let tangent = unit(sub(nodes[1], nodes[0]));
@@ -40,7 +40,7 @@ impl<M: Model> Discretized<'_, M> {
     /// The axes `[t, d1, d2]` of the edge number `edge` in the world, unit vectors each with its rate, 1/s. The rod has
     /// the unknowns `q`, the velocities `v` and the reference frames `frames`. Rates are `w x axis` with the angular
     /// velocity w of the edge, in space with the rate of its angle.
-    pub(crate) fn axes<D: Nestable>(
+    pub(crate) fn axes<D: RodScalar>(
         &self,
         directors: DirectorRotation<D>,
         q: &[D],
@@ -65,7 +65,7 @@ impl<M: Model> Discretized<'_, M> {
 
     /// The axes of `edges` of a rod at rest: tangent and both material directors, unit vectors in the world, edge after
     /// edge. The frames must be at the shape `q`, with all derivatives.
-    pub(crate) fn axes_at_rest<D: Nestable>(
+    pub(crate) fn axes_at_rest<D: RodScalar>(
         &self,
         setup: &Setup<D, M>,
         q: &[D],
@@ -94,7 +94,7 @@ impl<M: Model> Discretized<'_, M> {
 
     /// First director of the model on an edge, in the world. In space it is the material director at the angle in `q`,
     /// in a plane the normal of the plane times (cross product) the `tangent`.
-    fn model_director<D: Nestable>(
+    fn model_director<D: RodScalar>(
         &self,
         q: &[D],
         frames: &FramesOver<D, M>,

@@ -22,7 +22,7 @@
 //! without motion. `RecordedPart` is a part of the rod that follows recorded markers.
 
 use crate::error::Error;
-use crate::numerics::scalar::{Nestable, Scalar};
+use crate::numerics::scalar::{RodScalar, Scalar};
 use crate::numerics::vector::{Vector, add, dot, rotate, scale, sub};
 use crate::problem::model::Model;
 use crate::rod::{ReferenceFrames, Rod};
@@ -185,7 +185,7 @@ impl<D: Scalar> MovedEnd<D> {
     }
 }
 
-impl<D: Nestable> BoundaryMotion<D> {
+impl<D: RodScalar> BoundaryMotion<D> {
     /// Prescribed motion of these held ends and recorded parts, for lists of unknowns of the model `M`.
     pub fn new<M: Model>(ends: Vec<MovedEnd<D>>, recorded: Vec<RecordedPart>) -> Self {
         Self { ends, recorded, stride: M::STRIDE }

@@ -9,7 +9,7 @@
 
 use crate::energy::adapter::Chart;
 use crate::energy::overlap::ContactPart;
-use crate::numerics::scalar::{Nestable, Scalar};
+use crate::numerics::scalar::{RodScalar, Scalar};
 use crate::numerics::vector::{Vector, cross, dot, map_components, sub};
 use crate::rod::{MovedObstacle, RodContact, RodContacts};
 use crate::scene::Scene;
@@ -86,7 +86,7 @@ fn in_model<D: Scalar>(chart: &Chart<D>, obstacle: &Obstacle<D>) -> Obstacle<D> 
 
 /// All contacts of a scene on its mesh, in their order: obstacle in the axes of the model at its place at a time, s, its
 /// motion, stiffness, loss, and parts of all edges.
-pub(crate) fn rod_contacts<D: Nestable>(
+pub(crate) fn rod_contacts<D: RodScalar>(
     chart: &Chart<D>,
     scene: &Scene<D>,
     mesh: &Mesh<D>,

@@ -13,7 +13,7 @@
 
 use crate::energy::FollowerLoad;
 use crate::energy::adapter::Chart;
-use crate::numerics::scalar::{Nestable, Scalar};
+use crate::numerics::scalar::{RodScalar, Scalar};
 use crate::numerics::vector::{Vector, add, combine, cross, scale, sub, unit};
 use crate::problem::line_loads::line_loads;
 use crate::problem::model::{Model, NodalLoad};
@@ -34,7 +34,7 @@ pub(super) fn follower_vector<D: Scalar>(
 
 /// Converts components of a follower force along tangent and both directors to those along the axes of an edge of the
 /// model. In a plane these are the tangent and the normal to its left, and the third is zero. In space nothing changes.
-fn components<D: Nestable>(chart: &Chart<D>, [along, first, second]: Vector<D>) -> Vector<D> {
+fn components<D: RodScalar>(chart: &Chart<D>, [along, first, second]: Vector<D>) -> Vector<D> {
     match chart {
         Chart::Plane { across: [within, out], .. } => {
             [along, first * *within - second * *out, D::from(0.0)]
@@ -46,7 +46,7 @@ fn components<D: Nestable>(chart: &Chart<D>, [along, first, second]: Vector<D>) 
 /// Sums of the loads of each edge of a rod; `None` for an edge without loads so far.
 struct EdgeSums<D>(Vec<Option<FollowerLoad<D>>>);
 
-impl<D: Nestable> EdgeSums<D> {
+impl<D: RodScalar> EdgeSums<D> {
     /// Calls `add` for both edges of a node, or twice for the only edge of an end node. Its arguments are the sums of
     /// the edge and the number of the node in it (0 or 1). `add` must add half of the load of the node to these sums.
     fn add(&mut self, node: usize, add: impl Fn(&mut FollowerLoad<D>, usize)) {
@@ -64,7 +64,7 @@ fn add_half<D: Scalar>(to: &mut [D; 3], x: [D; 3]) {
     }
 }
 
-impl<D: Nestable, M: Model> Setup<D, M> {
+impl<D: RodScalar, M: Model> Setup<D, M> {
     /// The loads without a potential, with signals at a time, s. The first group has the constant loads, the others
     /// those of [`follower_signals`](Self::follower_signals) in their order.
     pub fn follower_loads(&self, model: &M, time: f64) -> FollowerLoads<D> {
@@ -93,7 +93,7 @@ impl<D: Nestable, M: Model> Setup<D, M> {
     /// Whether a point load has no potential: it is a follower load, or in space has a moment that is not identically
     /// zero (value and derivatives).
     fn has_no_potential(load: &PointForce<D>) -> bool {
-        let turns = || !load.moment.iter().all(Nestable::is_identically_zero);
+        let turns = || !load.moment.iter().all(RodScalar::is_identically_zero);
         load.follower || M::STRIDE > 2 && turns()
     }
 

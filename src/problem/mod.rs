@@ -85,7 +85,7 @@ use crate::energy::Derivatives;
 use crate::energy::bend_twist::JointLaw;
 use crate::error::Error;
 use crate::numerics::prescribed_dofs::PrescribedDofs;
-use crate::numerics::scalar::Nestable;
+use crate::numerics::scalar::RodScalar;
 use crate::numerics::vector::add;
 use crate::problem::layout::{BESIDE_STRAIGHT, choose};
 use crate::problem::model_with_setup::AnyModel;
@@ -396,7 +396,7 @@ impl Problem {
     }
     /// Position of the first node of the rest mesh, m, and the scene, both over the number type `D`. `seed(parameter,
     /// value)` returns the number of a parameter.
-    pub(crate) fn wall_over<D: Nestable>(
+    pub(crate) fn wall_over<D: RodScalar>(
         &self,
         seed: impl Fn(Parameter, f64) -> D,
     ) -> ([D; 3], Scene<D>) {
@@ -646,7 +646,7 @@ impl<'a, M: Model> Discretized<'a, M> {
 
     /// The setup (scene, mesh, rest shape, initial shape) over the number type `D`, such as dual numbers;
     /// `seed(parameter, value)` returns the number of each parameter.
-    pub(crate) fn setup_over<D: Nestable>(
+    pub(crate) fn setup_over<D: RodScalar>(
         &self,
         seed: impl Fn(Parameter, f64) -> D,
     ) -> Setup<D, M> {

@@ -71,8 +71,8 @@
 //! is exact, and that by the weight of second order.
 
 use crate::energy::adapter::Chart;
-use crate::energy::law::{Sliders, Springs};
-use crate::numerics::scalar::{Nestable, Scalar};
+use crate::energy::law::{ActiveSlipElements, SlipElements};
+use crate::numerics::scalar::{RodScalar, Scalar};
 use crate::numerics::vector::{Vector, add, dot, rotate, scale, sub, unit};
 use crate::problem::tributary::{Arcs, TributaryLengths};
 use crate::rod::{AssembledRod, EdgeMoment, Rod};
@@ -127,23 +127,23 @@ pub trait Model: Sync {
     /// Number of unknowns from one node to the next.
     const STRIDE: usize;
     /// The rod over the scalar `D`.
-    type Rod<D: Nestable>: AssembledRod<D, Dual = Self::Rod<Dual64>>;
+    type Rod<D: RodScalar>: AssembledRod<D, Dual = Self::Rod<Dual64>>;
     /// The rest shape in the axes of the model.
-    type Rest<D: Nestable>: Clone + std::fmt::Debug + Send + Sync;
+    type Rest<D: RodScalar>: Clone + std::fmt::Debug + Send + Sync;
 
     /// The rest shape of a scene on its mesh, in the axes of the model: nodes, tributary lengths of nodes, edges and
     /// joints, and the curvature of the rest shape integrated over each joint, rad. In space it also has frames and, if
     /// joints are corrected, their slants: the components of the unit tangent of the curve along both bending axes of
     /// the joint.
-    fn at_rest<D: Nestable>(&self, scene: &Scene<D>, mesh: &Mesh<D>) -> Self::Rest<D>;
+    fn at_rest<D: RodScalar>(&self, scene: &Scene<D>, mesh: &Mesh<D>) -> Self::Rest<D>;
 
     /// The rod of a scene at this rest shape: elements, masses, weights and internal friction. Point masses, point and
     /// line loads and user-defined energies are added by the setup.
-    fn rod<D: Nestable>(&self, scene: &Scene<D>, rest: &Self::Rest<D>) -> Self::Rod<D>;
+    fn rod<D: RodScalar>(&self, scene: &Scene<D>, rest: &Self::Rest<D>) -> Self::Rod<D>;
 
     /// Adds the moments of `loads`, N m, to a rod in a plane, half on each edge of the node. A constant moment has a
     /// potential there. Forces are ignored. In space nothing is added.
-    fn add_moments<D: Nestable>(
+    fn add_moments<D: RodScalar>(
         &self,
         _rod: &mut Self::Rod<D>,
         _rest: &Self::Rest<D>,
@@ -153,7 +153,7 @@ pub trait Model: Sync {
 
     /// The moments of `loads`, N m, along the normal on the edges of a rod in a plane with so many `edges`, half on
     /// each edge of the node. Forces are ignored. Empty in space.
-    fn edge_moments<D: Nestable>(
+    fn edge_moments<D: RodScalar>(
         &self,
         _edges: usize,
         _loads: &[NodalLoad<D>],
@@ -163,23 +163,23 @@ pub trait Model: Sync {
 
     /// Tributary lengths of nodes, edges and joints, m, along the curve and without the parts behind walls if the
     /// discretization is corrected.
-    fn tributary<D: Nestable>(rest: &Self::Rest<D>) -> &TributaryLengths<D>;
+    fn tributary<D: RodScalar>(rest: &Self::Rest<D>) -> &TributaryLengths<D>;
 
     /// The map from unknowns to positions of nodes and directors of edges in the world, for user-defined energies.
-    fn chart<D: Nestable>(&self, scene: &Scene<D>, rest: &Self::Rest<D>) -> Chart<D>;
+    fn chart<D: RodScalar>(&self, scene: &Scene<D>, rest: &Self::Rest<D>) -> Chart<D>;
 
     /// Number of unknowns, those that supports hold included.
     fn dof(&self) -> usize;
 
     /// The unknowns at rest in the axes of the model: the coordinates of each node in turn, m. In space an angle of
     /// zero, rad, for each edge follows those of its first node.
-    fn unknowns<D: Nestable>(&self, rest: &Self::Rest<D>) -> Vec<D>;
+    fn unknowns<D: RodScalar>(&self, rest: &Self::Rest<D>) -> Vec<D>;
 
     /// The reference frames of the edges at rest; the empty type in a plane.
-    fn frames<D: Nestable>(&self, rest: &Self::Rest<D>) -> <Self::Rod<D> as Rod<D>>::Frames;
+    fn frames<D: RodScalar>(&self, rest: &Self::Rest<D>) -> <Self::Rod<D> as Rod<D>>::Frames;
 
     /// The reference frames converted to the number type `D`, without derivatives; the empty type in a plane.
-    fn frames_over<D: Nestable>(
+    fn frames_over<D: RodScalar>(
         frames: &<Self::Rod<f64> as Rod<f64>>::Frames,
     ) -> <Self::Rod<D> as Rod<D>>::Frames;
 
@@ -251,12 +251,12 @@ pub(crate) fn springs<D: Scalar, K, const S: usize>(
     scene: &Scene<D>,
     tributary: &TributaryLengths<D>,
     times: impl Fn(usize) -> D,
-) -> Option<Springs<D, K, S>> {
+) -> Option<ActiveSlipElements<D, K, S>> {
     let friction = scene.loads.damping.friction?;
     // The scene gives a curvature, 1/m; springs stretch by integrated curvatures.
     let limit = |(i, length): (usize, &D)| friction.curvature * *length * times(i);
     let limits = tributary.joint.iter().enumerate().map(limit).collect();
-    Some(Springs::from(Sliders { stiffness: friction.stiffness, limits }))
+    Some(ActiveSlipElements::from(SlipElements { stiffness: friction.stiffness, limits }))
 }
 
 /// The end on a roller and its direction in the world: `supports.roller`, or along the outermost edge at that end of

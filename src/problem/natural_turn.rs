@@ -135,7 +135,7 @@ impl Problem {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::accuracy::Aim;
+    use crate::accuracy::Calculation;
     use crate::scene::{Along, Material, Section, Shape};
 
     /// An arc of 1 rad, 0.5 m long, whose natural shape is `factor` times as curved.
@@ -211,7 +211,7 @@ mod tests {
     fn chosen_mesh_resolves_the_natural_shape() {
         let mut scene = arc(20, 55.0);
         scene.rod.segments = None;
-        let problem = scene.problem_for(Aim::Guess).unwrap();
+        let problem = scene.problem_for(Calculation::Guess).unwrap();
         assert!(problem.segments() as f64 >= 55.0 / 1.5, "{}", problem.segments());
     }
 }

@@ -10,12 +10,12 @@
 //! and a fixed point.
 
 use crate::energy::adapter::{Adapter, Chart};
+use crate::energy::anchor_spring::AnchorSpring;
 use crate::energy::attach;
 use crate::energy::edge_tie::EdgeTie;
 use crate::energy::frame::EdgeFrame;
-use crate::energy::place::{Spot, numbers, spots};
-use crate::energy::tie::Tie;
-use crate::numerics::scalar::Nestable;
+use crate::energy::place::{ElementPlacement, numbers, spots};
+use crate::numerics::scalar::RodScalar;
 use crate::rod::{Placed, UserEnergies};
 use crate::scene::mesh::Mesh;
 use crate::scene::{Attached, Scene};
@@ -53,7 +53,7 @@ pub(crate) struct PointTie {
 
 /// Springs of this stiffness, N/m, between points of a rod and fixed points, as the part `UserEnergies` of the rod;
 /// their energy is `k |x - x0|^2/2`, J. `chart` has the axes of the model.
-pub(crate) fn point_ties<D: Nestable>(
+pub(crate) fn point_ties<D: RodScalar>(
     chart: &Chart<D>,
     stiffness: D,
     ties: &[PointTie],
@@ -63,7 +63,7 @@ pub(crate) fn point_ties<D: Nestable>(
         energy: Arc::new(Adapter(EdgeTie { weight: *weight, point: *point })),
         chart: chart.clone(),
         values: vec![stiffness],
-        spots: vec![Spot {
+        spots: vec![ElementPlacement {
             first: *node,
             weight: None,
             numbers: numbers(
@@ -79,7 +79,7 @@ pub(crate) fn point_ties<D: Nestable>(
 /// User-defined energies of a scene as the part `UserEnergies` of its rod. Each has its elements with weights and rest
 /// shapes, and the values of its parameters. Elements follow from the place of the energy and the `mesh`. Energies
 /// without code are left out.
-pub(crate) fn attached_energies<D: Nestable>(
+pub(crate) fn attached_energies<D: RodScalar>(
     chart: &Chart<D>,
     scene: &Scene<D>,
     mesh: &Mesh<D>,
@@ -111,13 +111,13 @@ pub(crate) fn attached_energies<D: Nestable>(
 
 /// Springs with the energy `k |x - x0|^2/2` between nodes and fixed points, as the part `UserEnergies` of a rod; `k` is
 /// a number of the type `D`.
-pub(crate) fn ties<D: Nestable>(chart: &Chart<D>, ties: &[NodeTie<D>]) -> UserEnergies<D> {
+pub(crate) fn ties<D: RodScalar>(chart: &Chart<D>, ties: &[NodeTie<D>]) -> UserEnergies<D> {
     let tie = |NodeTie { node, point, stiffness }: &NodeTie<D>| Placed {
         name: "tie".into(),
-        energy: Arc::new(Tie(*point)),
+        energy: Arc::new(AnchorSpring(*point)),
         chart: chart.clone(),
         values: vec![*stiffness],
-        spots: vec![Spot {
+        spots: vec![ElementPlacement {
             first: *node,
             weight: None,
             numbers: numbers([D::from(0.0); 2], &[point.map(D::from)], &[]),

@@ -8,7 +8,7 @@
 //! direction that rotates from 0.7 to 2 rad about it. Output: the unknowns, in place, over any number type. Angles,
 //! and coordinates that supports or recordings hold, are unchanged. Starts of motions and equilibria use it.
 
-use crate::numerics::scalar::Nestable;
+use crate::numerics::scalar::RodScalar;
 use crate::numerics::vector::{Vector, add, cross, dot, scale, sub, unit};
 use crate::problem::{Discretized, Model, Setup};
 use crate::scene::{End, Support};
@@ -24,7 +24,7 @@ const SMALLEST_SHAPE: f64 = 1e-9;
 
 impl<M: Model> Discretized<'_, M> {
     /// Displaces the nodes in `q` by `initial.perturbation` rod lengths, as [`perturb_by`](Self::perturb_by).
-    pub(crate) fn perturb<D: Nestable>(&self, setup: &Setup<D, M>, q: &mut [D]) {
+    pub(crate) fn perturb<D: RodScalar>(&self, setup: &Setup<D, M>, q: &mut [D]) {
         self.perturb_by(setup, self.scene().initial.perturbation, q);
     }
 
@@ -32,7 +32,12 @@ impl<M: Model> Discretized<'_, M> {
     /// nodes is `amplitude` rod lengths. The direction is the normal of the rod in a plane; in space it rotates from
     /// 0.7 to 2 rad ([`DIRECTION`]) about the rod, from the axis with the smallest component along it. Coordinates that
     /// a support or recording holds, and angles, are unchanged.
-    pub(crate) fn perturb_by<D: Nestable>(&self, setup: &Setup<D, M>, amplitude: f64, q: &mut [D]) {
+    pub(crate) fn perturb_by<D: RodScalar>(
+        &self,
+        setup: &Setup<D, M>,
+        amplitude: f64,
+        q: &mut [D],
+    ) {
         let places = setup.mesh.places();
         let shape: Vec<f64> = places.iter().map(|u| self.window(*u) * sines(*u)).collect();
         let largest = shape.iter().fold(0.0_f64, |most, x| most.max(x.abs()));

@@ -13,7 +13,7 @@ use crate::energy::adapter::Chart;
 use crate::energy::law::NonlinearBending;
 use crate::energy::{DeadMoment, PlanarBend, planar_bend};
 use crate::error::Error;
-use crate::numerics::scalar::{Nestable, Scalar};
+use crate::numerics::scalar::{RodScalar, Scalar};
 use crate::numerics::vector::Vector;
 use crate::problem::model::{
     Correction, Model, NodalLoad, first_director, rolling, springs, tilted,
@@ -151,12 +151,12 @@ impl PlanarModel {
 
 impl Model for PlanarModel {
     const STRIDE: usize = 2;
-    type Rod<D: Nestable> = PlanarRod<D>;
-    type Rest<D: Nestable> = PlanarRest<D>;
+    type Rod<D: RodScalar> = PlanarRod<D>;
+    type Rest<D: RodScalar> = PlanarRest<D>;
 
     /// The rest shape on a mesh, in the axes of the plane: nodes after the rotation by `supports.angle`, lengths and
     /// tributary lengths. Every joint with the turning angle phi has the integrated curvature `2 tan(phi/2)`.
-    fn at_rest<D: Nestable>(&self, scene: &Scene<D>, mesh: &Mesh<D>) -> PlanarRest<D> {
+    fn at_rest<D: RodScalar>(&self, scene: &Scene<D>, mesh: &Mesh<D>) -> PlanarRest<D> {
         let tilted = tilted(scene, &mesh.nodes, &self.normal());
         let nodes: Vec<[D; 2]> = tilted.iter().map(|x| self.projected(*x)).collect();
         let joints = nodes.windows(3);
@@ -171,7 +171,7 @@ impl Model for PlanarModel {
     /// Stiffnesses are means of the tapered section, reduced by compliant clamps. In corrected discretizations those of
     /// bending are divided by `(1 + k^2/4)^2` for the natural curvature k of the joint. Point masses, loads and
     /// user-defined energies are not included.
-    fn rod<D: Nestable>(&self, scene: &Scene<D>, rest: &PlanarRest<D>) -> PlanarRod<D> {
+    fn rod<D: RodScalar>(&self, scene: &Scene<D>, rest: &PlanarRest<D>) -> PlanarRod<D> {
         let PlanarRest { line, curvature } = rest;
         let profile = SectionProfile::new(scene, &line.places);
         let clamps = SoftClamps::new(scene, line.length.len());
@@ -220,7 +220,7 @@ impl Model for PlanarModel {
     /// Adds to the rod the components of the moments of `loads` along the normal, N m, half on each edge of the node.
     /// At an end node both halves act on the only edge. Zero moments are left out unless `D` carries derivatives;
     /// forces are ignored.
-    fn add_moments<D: Nestable>(
+    fn add_moments<D: RodScalar>(
         &self,
         rod: &mut PlanarRod<D>,
         rest: &PlanarRest<D>,
@@ -235,7 +235,7 @@ impl Model for PlanarModel {
     /// The components of the moments of `loads` along the normal, N m, half on each edge of the node of a rod with so
     /// many `edges`; at an end node both halves act on the only edge. Zero moments are left out unless `D` carries
     /// derivatives.
-    fn edge_moments<D: Nestable>(
+    fn edge_moments<D: RodScalar>(
         &self,
         edges: usize,
         loads: &[NodalLoad<D>],
@@ -253,14 +253,14 @@ impl Model for PlanarModel {
     }
 
     /// Tributary lengths of nodes, edges and joints, m, with the corrections at walls.
-    fn tributary<D: Nestable>(rest: &PlanarRest<D>) -> &TributaryLengths<D> {
+    fn tributary<D: RodScalar>(rest: &PlanarRest<D>) -> &TributaryLengths<D> {
         &rest.line.tributary
     }
 
     /// The map from planar unknowns to positions and directors in the world: origin and axes of the plane. Its first
     /// director has constant components across the tangent, in the plane and along the normal. They are those of the
     /// first material director of the first edge at rest.
-    fn chart<D: Nestable>(&self, scene: &Scene<D>, rest: &PlanarRest<D>) -> Chart<D> {
+    fn chart<D: RodScalar>(&self, scene: &Scene<D>, rest: &PlanarRest<D>) -> Chart<D> {
         let tilted = tilted(scene, &scene.made_mesh().nodes, &self.normal());
         let [along, aside, out] = self.components(first_director(scene, &tilted));
         let [x, y] = rest.line.edge(0);
@@ -279,15 +279,15 @@ impl Model for PlanarModel {
     }
 
     /// Coordinates of all nodes at rest, x and y of each in turn, m, in the axes of the plane.
-    fn unknowns<D: Nestable>(&self, rest: &PlanarRest<D>) -> Vec<D> {
+    fn unknowns<D: RodScalar>(&self, rest: &PlanarRest<D>) -> Vec<D> {
         rest.line.nodes.iter().flatten().copied().collect()
     }
 
     /// The empty value `()`: a plane has no frames.
-    fn frames<D: Nestable>(&self, _: &PlanarRest<D>) {}
+    fn frames<D: RodScalar>(&self, _: &PlanarRest<D>) {}
 
     /// The empty value `()` over any number type: a plane has no frames.
-    fn frames_over<D: Nestable>((): &()) {}
+    fn frames_over<D: RodScalar>((): &()) {}
 
     /// Number of coordinates that a support holds, counted from the end of the rod inwards: free 0, roller 1, pinned 2,
     /// clamped 4 (two nodes). For a recorded end also 4; more held markers hold more nodes.

@@ -8,7 +8,7 @@
 //! directors, without those of actuators. [`joint_curvature`] returns these components from the axes of two edges; it
 //! is used for the deformed rod too. `edges_around` is the range of edges on which the strains at a place depend.
 
-use crate::numerics::scalar::{Nestable, Scalar};
+use crate::numerics::scalar::{RodScalar, Scalar};
 use crate::numerics::vector::{Vector, add, dot, sub};
 use crate::problem::{Discretized, Model, Problem, with_model};
 use crate::scene::{End, Parameter, Stencil, Support};
@@ -80,7 +80,7 @@ pub(crate) fn joint_curvature<D: Scalar>(
 
 impl Problem {
     /// Edges and joints of the rod without load. `seed` returns the number of a parameter from its value.
-    pub(crate) fn reference_strains<D: Nestable>(
+    pub(crate) fn reference_strains<D: RodScalar>(
         &self,
         seed: impl Fn(Parameter, f64) -> D,
     ) -> ReferenceStrains<D> {
@@ -149,7 +149,7 @@ fn all_if_none(flags: Vec<bool>) -> Vec<bool> {
 
 impl<M: Model> Discretized<'_, M> {
     /// Edges and joints of the rod without load. `seed` returns the number of a parameter from its value.
-    fn reference_strains<D: Nestable>(
+    fn reference_strains<D: RodScalar>(
         &self,
         seed: impl Fn(Parameter, f64) -> D,
     ) -> ReferenceStrains<D> {

@@ -16,7 +16,7 @@
 
 use crate::energy::adapter::Chart;
 use crate::error::Error;
-use crate::numerics::scalar::{Nestable, Scalar};
+use crate::numerics::scalar::{RodScalar, Scalar};
 use crate::numerics::vector::Vector;
 use crate::problem::actuation::{ENERGIES_PER_TENDON, Interval, natural_shifts, tendon};
 use crate::problem::contact::rod_contacts;
@@ -32,7 +32,7 @@ use crate::scene::{Actuation, LineForce, PointForce, PointMass, Scene, Signal, T
 
 /// Scene over a number type with its mesh, and its rest shape in the axes of a model.
 #[derive(Clone, Debug)]
-pub(crate) struct Setup<D: Nestable, M: Model> {
+pub(crate) struct Setup<D: RodScalar, M: Model> {
     pub scene: Scene<D>,
     pub mesh: Mesh<D>,
     pub rest: M::Rest<D>,
@@ -40,7 +40,7 @@ pub(crate) struct Setup<D: Nestable, M: Model> {
     pub start: Option<Vec<Vector<D>>>,
 }
 
-impl<D: Nestable, M: Model> Setup<D, M> {
+impl<D: RodScalar, M: Model> Setup<D, M> {
     /// The mesh, rest shape in the axes of the model, and initial shape of a scene. It panics for a scene that was not
     /// validated and checked on its mesh.
     pub fn new(model: &M, scene: Scene<D>) -> Self {

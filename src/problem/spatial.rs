@@ -14,7 +14,7 @@ use crate::energy::adapter::Chart;
 use crate::energy::bend_twist::{JointLaw, Stiffness};
 use crate::energy::frame::{EdgeFrame, Frames};
 use crate::energy::law::NonlinearBending;
-use crate::numerics::scalar::{Nestable, Scalar};
+use crate::numerics::scalar::{RodScalar, Scalar};
 use crate::numerics::vector::{Vector, components, sub, unit};
 use crate::problem::curved_joints::{PLAIN, joint_slants, natural_slant, resistances};
 use crate::problem::model::{Correction, Model, first_director, rolling, springs, tilted};
@@ -82,13 +82,13 @@ impl SpatialModel {
 
 impl Model for SpatialModel {
     const STRIDE: usize = 4;
-    type Rod<D: Nestable> = SpatialRod<D>;
-    type Rest<D: Nestable> = SpatialRest<D>;
+    type Rod<D: RodScalar> = SpatialRod<D>;
+    type Rest<D: RodScalar> = SpatialRest<D>;
 
     /// The rest shape on a mesh, in the axes of the model: nodes, tributary lengths and Bishop frames. The first frame
     /// has the first material director. Joints have integrated curvatures along the two directors, and for corrected
     /// discretizations their slants.
-    fn at_rest<D: Nestable>(&self, scene: &Scene<D>, mesh: &Mesh<D>) -> SpatialRest<D> {
+    fn at_rest<D: RodScalar>(&self, scene: &Scene<D>, mesh: &Mesh<D>) -> SpatialRest<D> {
         let turned = self.normal.map(|normal| tilted(scene, &mesh.nodes, &normal));
         let nodes = turned.as_deref().unwrap_or(&mesh.nodes);
         let director = self.components(first_director(scene, nodes));
@@ -121,7 +121,7 @@ impl Model for SpatialModel {
     /// include rotational inertias and the added mass of a fluid, weights its buoyancy. Stiffnesses are means of the
     /// tapered section; those of bending and stretch are reduced by compliant clamps. Corrected discretizations rotate
     /// and scale the stiffness of curved joints. Point masses, loads and user-defined energies are not included.
-    fn rod<D: Nestable>(&self, scene: &Scene<D>, rest: &SpatialRest<D>) -> SpatialRod<D> {
+    fn rod<D: RodScalar>(&self, scene: &Scene<D>, rest: &SpatialRest<D>) -> SpatialRod<D> {
         let line = &rest.line;
         let profile = SectionProfile::new(scene, &line.places);
         let clamps = SoftClamps::new(scene, line.length.len());
@@ -179,13 +179,13 @@ impl Model for SpatialModel {
 
     /// Tributary lengths of nodes, edges and joints, m; in corrected discretizations of arcs, with the corrections at
     /// walls.
-    fn tributary<D: Nestable>(rest: &SpatialRest<D>) -> &TributaryLengths<D> {
+    fn tributary<D: RodScalar>(rest: &SpatialRest<D>) -> &TributaryLengths<D> {
         &rest.line.tributary
     }
 
     /// The map from unknowns to positions and directors in the world, for user-defined energies. It has the axes of the
     /// model, or none if they are those of the world.
-    fn chart<D: Nestable>(&self, _: &Scene<D>, _: &SpatialRest<D>) -> Chart<D> {
+    fn chart<D: RodScalar>(&self, _: &Scene<D>, _: &SpatialRest<D>) -> Chart<D> {
         let axes = self.axes.map(Into::into);
         let world = [0, 1, 2].map(|k| [0, 1, 2].map(|c| f64::from(c == k)));
         Chart::Space { axes: (axes != world).then_some(axes) }
@@ -199,7 +199,7 @@ impl Model for SpatialModel {
 
     /// The unknowns at rest: the coordinates of each node in turn, in the axes of the model, m. An angle of zero, rad,
     /// for each edge follows those of its first node.
-    fn unknowns<D: Nestable>(&self, rest: &SpatialRest<D>) -> Vec<D> {
+    fn unknowns<D: RodScalar>(&self, rest: &SpatialRest<D>) -> Vec<D> {
         let zero = D::from(0.0);
         let mut q: Vec<D> =
             rest.line.nodes.iter().flat_map(|[x, y, z]| [*x, *y, *z, zero]).collect();
@@ -208,13 +208,13 @@ impl Model for SpatialModel {
     }
 
     /// The Bishop (twist-free) frames of the edges at rest, from which angles are measured.
-    fn frames<D: Nestable>(&self, rest: &SpatialRest<D>) -> Frames<D> {
+    fn frames<D: RodScalar>(&self, rest: &SpatialRest<D>) -> Frames<D> {
         rest.frames.clone()
     }
 
     /// The frames (tangent and director of each edge, reference twist of each joint, rad), converted to the number type
     /// `D` without derivatives.
-    fn frames_over<D: Nestable>(frames: &Frames<f64>) -> Frames<D> {
+    fn frames_over<D: RodScalar>(frames: &Frames<f64>) -> Frames<D> {
         let over = |v: [f64; 3]| v.map(D::from);
         let edge = |frame: &EdgeFrame<f64>| EdgeFrame {
             tangent: over(frame.tangent),

@@ -14,7 +14,7 @@
 
 use crate::energy::frame::Frames;
 use crate::numerics::prescribed_dofs::PrescribedDofs;
-use crate::numerics::scalar::Nestable;
+use crate::numerics::scalar::RodScalar;
 use crate::numerics::vector::{add, cross, dot, scale, sub, unit};
 use crate::problem::boundary::{BoundaryMotion, HeldEdge, HeldNode, MovedEnd, RecordedPart};
 use crate::problem::model::Model;
@@ -41,7 +41,7 @@ impl SpatialProblem<'_> {
     /// Unknowns and frames of a rod in space that moves from its rest shape in `setup` to `nodes`, m, in the world. Its
     /// frames are moved by parallel transport, so that all angles stay zero. If an edge rotates by more than 120
     /// degrees, they are transported by way of a state halfway.
-    pub(crate) fn placed<D: Nestable>(
+    pub(crate) fn placed<D: RodScalar>(
         &self,
         setup: &Setup<D, SpatialModel>,
         nodes: &[[D; 3]],
@@ -54,9 +54,9 @@ impl SpatialProblem<'_> {
         let mut frames = self.model.frames(&setup.rest);
         let rest = self.model.unknowns(&setup.rest);
         if let Some(halfway) = self.halfway(&rest, &q) {
-            SpatialRod::<D>::rebase(&mut frames, &halfway);
+            SpatialRod::<D>::update_reference_frames(&mut frames, &halfway);
         }
-        SpatialRod::<D>::rebase(&mut frames, &q);
+        SpatialRod::<D>::update_reference_frames(&mut frames, &q);
         (q, frames)
     }
 
@@ -65,7 +65,7 @@ impl SpatialProblem<'_> {
     /// with such a rotation, the cross product of a normal and its direction in `from` is added to the mean. The normal
     /// is that of a planar scene, else the z axis. The sign is that of the side to which the edge rotates. Near half a
     /// turn ([`UNDETERMINED`]) the side is that of the edge before.
-    fn halfway<D: Nestable>(&self, from: &[D], to: &[D]) -> Option<Vec<D>> {
+    fn halfway<D: RodScalar>(&self, from: &[D], to: &[D]) -> Option<Vec<D>> {
         let edge = |q: &[D], j: usize| {
             let node = |i: usize| -> [D; 3] { std::array::from_fn(|c| q[4 * i + c]) };
             unit(sub(node(j + 1), node(j)))
@@ -105,7 +105,7 @@ impl SpatialProblem<'_> {
 }
 
 /// Length of edge `j` of a spatial rod with the unknowns `q`, m.
-fn edge_length<D: Nestable>(q: &[D], j: usize) -> D {
+fn edge_length<D: RodScalar>(q: &[D], j: usize) -> D {
     let edge: [D; 3] = std::array::from_fn(|c| q[4 * (j + 1) + c] - q[4 * j + c]);
     dot(edge, edge).sqrt()
 }
@@ -120,7 +120,7 @@ impl<M: Model> Discretized<'_, M> {
     /// Unknowns and reference frames before supports and loads act: those of the rest shape, or of the initial shape in
     /// `setup`. The frames of an initial shape are transported from rest, and its angles are such that no joint is
     /// twisted.
-    pub(crate) fn begin<D: Nestable>(&self, setup: &Setup<D, M>) -> UnknownsAndFrames<D, M> {
+    pub(crate) fn begin<D: RodScalar>(&self, setup: &Setup<D, M>) -> UnknownsAndFrames<D, M> {
         let mut q = self.model.unknowns(&setup.rest);
         let mut frames = self.model.frames(&setup.rest);
         let Some(nodes) = &setup.start else { return (q, frames) };
@@ -130,14 +130,14 @@ impl<M: Model> Discretized<'_, M> {
             let axes = M::STRIDE.min(3);
             q[M::STRIDE * i..][..axes].copy_from_slice(&own[..axes]);
         }
-        M::Rod::<D>::rebase(&mut frames, &q);
+        M::Rod::<D>::update_reference_frames(&mut frames, &q);
         frames.untwist(&mut q);
         (q, frames)
     }
 
     /// Prescribed motion of the [held ends](Self::held_ends) and recorded nodes of `setup`; none for a scene without
     /// `supports.motion` and recording.
-    pub(crate) fn boundary_motion<D: Nestable>(
+    pub(crate) fn boundary_motion<D: RodScalar>(
         &self,
         setup: &Setup<D, M>,
     ) -> Option<BoundaryMotion<D>> {
@@ -148,7 +148,7 @@ impl<M: Model> Discretized<'_, M> {
     /// outermost nodes and its edge with tangent and director in the initial shape, a pinned end one node. The end
     /// rotates about the middle of the edge of a clamp at mid-edge, else about the outermost node. Rollers and free
     /// ends are not held.
-    pub(crate) fn held_ends<D: Nestable>(&self, setup: &Setup<D, M>) -> BoundaryMotion<D> {
+    pub(crate) fn held_ends<D: RodScalar>(&self, setup: &Setup<D, M>) -> BoundaryMotion<D> {
         let supports = &setup.scene.supports;
         let (q, frames) = self.begin(setup);
         let last = self.nodes() - 1;
@@ -235,7 +235,7 @@ impl<M: Model> Discretized<'_, M> {
     /// Adds the rotations about the rod of recorded ends (`twist` of their motions, rad) to the angles of edges in `q`.
     /// If the other end is clamped or recorded, without free twist, the added angle decreases linearly to zero there.
     /// Else it is the same for all edges. No effect in a plane and without such motions.
-    pub(crate) fn turn_ends<D: Nestable>(&self, setup: &Setup<D, M>, q: &mut [D]) {
+    pub(crate) fn turn_ends<D: RodScalar>(&self, setup: &Setup<D, M>, q: &mut [D]) {
         let supports = &setup.scene.supports;
         let free = self.free();
         let angles: Vec<usize> = (0..q.len()).filter(|i| M::Rod::<D>::is_angle(*i)).collect();

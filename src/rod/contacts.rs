@@ -18,7 +18,7 @@ use crate::energy::edge_contact::{ContactDerivatives, EdgeContact};
 use crate::energy::overlap::{ContactPart, EdgePart};
 use crate::energy::swept_edge::passes_obstacle;
 use crate::numerics::banded::BandMatrix;
-use crate::numerics::scalar::{Nestable, Scalar};
+use crate::numerics::scalar::{RodScalar, Scalar};
 use crate::numerics::tangent::{Tangent, UnsymmetricTangent};
 use crate::numerics::vector::{Vector, add, components};
 use crate::scene::contact::{ContactLoss, Obstacle};
@@ -225,7 +225,7 @@ impl<D: Scalar> RodContacts<D> {
     }
 }
 
-impl<D: Nestable> RodContacts<D> {
+impl<D: RodScalar> RodContacts<D> {
     /// Whether a contact has forces that depend on the velocity.
     pub fn have_losses(&self) -> bool {
         self.list.iter().any(|contact| contact.loss.is_some())
@@ -261,7 +261,7 @@ impl<D: Nestable> RodContacts<D> {
     }
 }
 
-impl<D: Nestable> RodContact<D> {
+impl<D: RodScalar> RodContact<D> {
     /// Adds minus all forces of the contact, N, damping and friction included, at the unknowns `q` and velocities `v`
     /// of a rod in `N` dimensions.
     pub(super) fn add_forces<const N: usize>(&self, q: &[D], v: &[D], gradient: &mut [D]) {

@@ -19,7 +19,7 @@ pub use rates::{RateLayout, StressRate};
 
 use crate::energy::law::Spring;
 use crate::energy::{DeadLoad, Derivatives, Element, HyperelasticStretch, Law, Stretch};
-use crate::numerics::scalar::{Nestable, Scalar};
+use crate::numerics::scalar::{RodScalar, Scalar};
 use crate::numerics::tangent::{PatternByOrder, Tangent};
 use crate::numerics::vector::components;
 use crate::rod::frames::ReferenceFrames;
@@ -87,7 +87,7 @@ fn turned_far<D: Scalar, const N: usize>(a: [D; N], b: [D; N]) -> bool {
     along < 0.0 || 2.0 * along * along < inner(&a, &a) * inner(&b, &b)
 }
 
-impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> DiscreteRod<D, L, N, S> {
+impl<D: RodScalar, L: Layout<N, S>, const N: usize, const S: usize> DiscreteRod<D, L, N, S> {
     /// References to the elements of the rod. The springs of internal friction are included only while they are active.
     pub(super) fn elements(&self) -> Elements<'_, D, L, N, S> {
         let Self { stretch, nonlinear, joint, load, sliders, bending, .. } = self;
@@ -175,7 +175,7 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> DiscreteRod<D
     }
 }
 
-impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Rod<D>
+impl<D: RodScalar, L: Layout<N, S>, const N: usize, const S: usize> Rod<D>
     for DiscreteRod<D, L, N, S>
 {
     type Tangent = L::Tangent<D>;
@@ -247,7 +247,7 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Rod<D>
 
     /// Overwrites gradient and tangent as [`tangent`](Rod::tangent) does. If `tensions` of all edges, N, are given,
     /// they replace the axial forces in the geometric stiffness of the edges.
-    fn tangent_under(
+    fn tangent_with_tensions(
         &self,
         q: &[D],
         frames: &Self::Frames,
@@ -592,7 +592,7 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Rod<D>
     }
 }
 
-impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> AssembledRod<D>
+impl<D: RodScalar, L: Layout<N, S>, const N: usize, const S: usize> AssembledRod<D>
     for DiscreteRod<D, L, N, S>
 {
     /// Adds a mass, kg, to the `N` coordinates of a node, and its weight under the first `N` components of `gravity` in

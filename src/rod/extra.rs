@@ -13,10 +13,10 @@
 //! the energy.
 
 use crate::energy::Derivatives;
-use crate::energy::adapter::{AnyEnergy, Chart, MOST, Over, Site};
+use crate::energy::adapter::{AnyEnergy, Chart, ElementContext, EnergyOver, MOST};
 use crate::energy::frame::EdgeFrame;
-use crate::energy::place::Spot;
-use crate::numerics::scalar::{Nestable, Scalar};
+use crate::energy::place::ElementPlacement;
+use crate::numerics::scalar::{RodScalar, Scalar};
 use crate::numerics::tangent::Tangent;
 use std::sync::Arc;
 
@@ -36,7 +36,7 @@ pub(crate) struct Placed<D> {
     /// The values of its parameters.
     pub values: Vec<D>,
     /// Its places on the mesh.
-    pub spots: Vec<Spot<D>>,
+    pub spots: Vec<ElementPlacement<D>>,
 }
 
 impl<D> std::fmt::Debug for Placed<D> {
@@ -56,7 +56,10 @@ impl<D> Default for UserEnergies<D> {
 impl<D: Scalar> Placed<D> {
     /// The range of the unknowns of a place in `q`, and the range of the reference frames of its edges. The latter is
     /// empty in the plane.
-    pub fn span(&self, spot: &Spot<D>) -> (std::ops::Range<usize>, std::ops::Range<usize>) {
+    pub fn span(
+        &self,
+        spot: &ElementPlacement<D>,
+    ) -> (std::ops::Range<usize>, std::ops::Range<usize>) {
         let (nodes, first) = (self.energy.nodes(), self.chart.stride() * spot.first);
         let edges = match self.chart {
             Chart::Plane { .. } => 0..0,
@@ -67,17 +70,21 @@ impl<D: Scalar> Placed<D> {
 
     /// The arguments of the energy at a place, its unknowns excepted: layout, parameter values, numbers of the place,
     /// weight, and `frames`, the reference frames of its edges.
-    pub fn site<'a>(&'a self, spot: &'a Spot<D>, frames: &'a [EdgeFrame<D>]) -> Site<'a, D> {
+    pub fn site<'a>(
+        &'a self,
+        spot: &'a ElementPlacement<D>,
+        frames: &'a [EdgeFrame<D>],
+    ) -> ElementContext<'a, D> {
         let Self { chart, values, .. } = self;
-        Site { chart, frames, values, place: &spot.numbers, weight: spot.weight }
+        ElementContext { chart, frames, values, place: &spot.numbers, weight: spot.weight }
     }
 }
 
 /// An energy at one of its places, with the unknowns there.
-struct Occurrence<'a, D: Nestable> {
+struct Occurrence<'a, D: RodScalar> {
     name: &'a str,
-    energy: &'a dyn Over<D>,
-    site: Site<'a, D>,
+    energy: &'a dyn EnergyOver<D>,
+    site: ElementContext<'a, D>,
     /// The index of its first unknown in the rod.
     first: usize,
     q: &'a [D],
@@ -90,7 +97,7 @@ impl<D> UserEnergies<D> {
     }
 }
 
-impl<D: Nestable> UserEnergies<D> {
+impl<D: RodScalar> UserEnergies<D> {
     /// User-defined energies with their places on a rod.
     pub(crate) fn new(placed: Vec<Placed<D>>) -> Self {
         Self(placed)

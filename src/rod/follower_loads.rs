@@ -11,7 +11,7 @@
 //! `EdgeFollower` is the load of one edge, `FollowerGroup` the loads with one factor.
 
 use crate::energy::FollowerLoad;
-use crate::numerics::scalar::{Nestable, Scalar};
+use crate::numerics::scalar::{RodScalar, Scalar};
 use crate::numerics::tangent::UnsymmetricTangent;
 use crate::rod::layout::Layout;
 
@@ -78,7 +78,7 @@ impl<D: Scalar> FollowerLoads<D> {
     }
 }
 
-impl<D: Nestable> FollowerLoads<D> {
+impl<D: RodScalar> FollowerLoads<D> {
     /// Adds `sign` times the forces at `q`, N (N m for angles), to `forces`.
     pub(super) fn add_forces<L: Layout<N, S>, const N: usize, const S: usize>(
         &self,

@@ -11,7 +11,7 @@
 //! `move_frames_back`). `turn_frames` converts derivatives of a number by angles of edges to those by frames.
 
 use crate::energy::frame::{EdgeFrame, one_plus_dot};
-use crate::numerics::lanes::Lanes;
+use crate::numerics::directions::Directions;
 use crate::numerics::scalar::Scalar;
 use crate::numerics::tangent::Tangent;
 use crate::numerics::vector::{Vector, add, combine, components, cross, dot, map_components};
@@ -86,14 +86,14 @@ pub fn set_real_frames<D: Scalar>(
 #[derive(Clone, Copy, Debug)]
 pub struct FrameRate<const G: usize> {
     /// Those of its tangent.
-    pub tangent: [Lanes<G>; 3],
+    pub tangent: [Directions<G>; 3],
     /// The rotation of its directors about the tangent, rad.
-    pub turn: Lanes<G>,
+    pub turn: Directions<G>,
 }
 
 /// A list of `count` zero derivatives, for the frames of `count` edges that do not change.
 pub fn zero_frame_rates(count: usize) -> Vec<FrameRate<1>> {
-    vec![FrameRate { tangent: [Lanes::ZERO; 3], turn: Lanes::ZERO }; count]
+    vec![FrameRate { tangent: [Directions::ZERO; 3], turn: Directions::ZERO }; count]
 }
 
 /// The derivatives of the frames of all edges that `duals` contain, one entry per edge and one lane per dual set of
@@ -105,8 +105,8 @@ pub fn frame_rates<F: ReferenceFrames<Dual64>, const G: usize>(
     let frames = duals.map(F::edge_frames);
     let edges = frames.first().map_or(0, |edges| edges.len());
     let rate = |j: usize| FrameRate {
-        tangent: [0, 1, 2].map(|c| Lanes(frames.map(|edges| edges[j].tangent[c].eps))),
-        turn: Lanes(frames.map(|edges| {
+        tangent: [0, 1, 2].map(|c| Directions(frames.map(|edges| edges[j].tangent[c].eps))),
+        turn: Directions(frames.map(|edges| {
             let EdgeFrame { tangent, director } = edges[j];
             // A unit director changes across itself: along the tangent, by the change of the tangent, and along the
             // second director.

@@ -16,7 +16,7 @@
 
 use crate::energy::law::{self, Law, NonlinearBending, NonlinearPart, StiffnessEntry, Symmetric};
 use crate::energy::{DeadLoad, FollowerLoad, HyperelasticStretch, Stretch};
-use crate::numerics::scalar::{Nestable, Scalar, SimdScalar};
+use crate::numerics::scalar::{RodScalar, Scalar, SimdScalar};
 use crate::numerics::tangent::{PatternByOrder, UnsymmetricTangent};
 use crate::numerics::vector::components;
 use crate::rod::blocks::{MOST, block};
@@ -33,7 +33,7 @@ pub struct Space;
 
 /// The springs of internal friction of all joints of a rod.
 pub type LayoutSprings<L, D, const N: usize, const S: usize> =
-    law::Springs<D, <L as Layout<N, S>>::Stiffness<D>, S>;
+    law::ActiveSlipElements<D, <L as Layout<N, S>>::Stiffness<D>, S>;
 
 /// Stiffness matrix and stresses, N m, of a joint.
 pub type JointResponse<L, D, const N: usize, const S: usize> =
@@ -70,7 +70,7 @@ pub struct Elements<'a, D: Scalar, L: Layout<N, S>, const N: usize, const S: usi
 }
 
 /// The elements of a rod with the unknowns and frames at which they are evaluated.
-pub struct At<'a, D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> {
+pub struct At<'a, D: RodScalar, L: Layout<N, S>, const N: usize, const S: usize> {
     /// Its elements.
     pub elements: Elements<'a, D, L, N, S>,
     /// The unknowns.
@@ -80,8 +80,8 @@ pub struct At<'a, D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> 
 }
 
 // Derived, these would require that frames are `Copy`.
-impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Copy for At<'_, D, L, N, S> {}
-impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Clone for At<'_, D, L, N, S> {
+impl<D: RodScalar, L: Layout<N, S>, const N: usize, const S: usize> Copy for At<'_, D, L, N, S> {}
+impl<D: RodScalar, L: Layout<N, S>, const N: usize, const S: usize> Clone for At<'_, D, L, N, S> {
     /// A copy of the references to elements, unknowns and frames.
     #[inline(always)]
     fn clone(&self) -> Self {
@@ -89,7 +89,7 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Clone for At<
     }
 }
 
-impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Elements<'_, D, L, N, S> {
+impl<D: RodScalar, L: Layout<N, S>, const N: usize, const S: usize> Elements<'_, D, L, N, S> {
     /// Edge `i` with its whole law.
     pub(super) fn stretch_element(&self, i: usize) -> HyperelasticStretch<D, N> {
         HyperelasticStretch { linear: self.stretch[i], nonlinear: self.nonlinear.get(i).copied() }
@@ -203,7 +203,7 @@ pub trait Layout<const N: usize, const S: usize>: Copy + Debug + Send + Sync + '
     /// Second derivatives of the energy.
     type Tangent<D: Scalar>: PatternByOrder<D> + UnsymmetricTangent<D>;
     /// The reference frames of the angles.
-    type Frames<D: Nestable>: ReferenceFrames<D>;
+    type Frames<D: RodScalar>: ReferenceFrames<D>;
     /// Edges and joints at the unknowns of a rod, in plain numbers.
     type Geometry: RodGeometry;
     /// First and second derivatives of the energy by an edge: its vector, and its angle in space.
@@ -211,7 +211,7 @@ pub trait Layout<const N: usize, const S: usize>: Copy + Debug + Send + Sync + '
     /// Second derivatives by two successive edges: rows of the second, columns of the first.
     type Between<V: Scalar>;
     /// The edges in SIMD lanes.
-    type Blocks<'a, D: Nestable, V: SimdScalar<D>>: EdgeBlocks<'a, D, V, Self, N, S>;
+    type Blocks<'a, D: RodScalar, V: SimdScalar<D>>: EdgeBlocks<'a, D, V, Self, N, S>;
 
     /// A consumer of derivatives by edges that overwrites `gradient`, N, and `tangent`, N/m, by nodes. The dead loads
     /// `load` of the nodes are subtracted from the gradient.
@@ -231,7 +231,7 @@ pub trait Layout<const N: usize, const S: usize>: Copy + Debug + Send + Sync + '
 
     /// Computes all first and second derivatives of edges and joints by num-dual, one edge at a time, and passes them
     /// to the consumer `to`. For checks of the hand-derived formulas only.
-    fn derive_by_duals<D: Nestable>(
+    fn derive_by_duals<D: RodScalar>(
         at: At<'_, D, Self, N, S>,
         to: &mut impl EdgeSink<D, Self, N, S>,
     );
@@ -248,20 +248,20 @@ pub trait Layout<const N: usize, const S: usize>: Copy + Debug + Send + Sync + '
     /// Overwrites `gradient` with that of elastic energy less work of the dead loads, N (N m for angles), by the
     /// hand-derived formulas. Friction springs and nonlinear bending are included. Nonlinear parts of stretching laws,
     /// constant moments, user-defined energies, contacts and follower loads are left out.
-    fn gradient<D: Nestable>(at: At<'_, D, Self, N, S>, gradient: &mut [D]);
+    fn gradient<D: RodScalar>(at: At<'_, D, Self, N, S>, gradient: &mut [D]);
 
     /// Calls `add(first, gradient)` for each edge and joint, with the index of its first unknown and its local
     /// gradient, N, by num-dual, with nonlinear laws and friction springs. Loads, constant moments, user-defined
     /// energies and contacts are left out.
-    fn dual_gradients<D: Nestable>(at: At<'_, D, Self, N, S>, add: impl FnMut(usize, &[D]));
+    fn dual_gradients<D: RodScalar>(at: At<'_, D, Self, N, S>, add: impl FnMut(usize, &[D]));
 
     /// The strains of joint `i`, between edges `i` and `i + 1`, at the unknowns `q`. In the plane it is the curvature
     /// `2 tan(phi/2)` with the turning angle `phi`, in space two curvatures and the twist, rad.
-    fn joint_strains<D: Nestable>(at: &At<'_, D, Self, N, S>, q: &[D], i: usize) -> [D; S];
+    fn joint_strains<D: RodScalar>(at: &At<'_, D, Self, N, S>, q: &[D], i: usize) -> [D; S];
 
     /// The forces of a load that turns with edge `i`, N (N m for its angle), at the unknowns `q`: on the unknowns from
     /// those of its first node to those of its second one. Entries beyond them have no meaning.
-    fn follower_forces<D: Nestable>(
+    fn follower_forces<D: RodScalar>(
         load: &FollowerLoad<D>,
         q: &[D],
         frames: &Self::Frames<D>,
@@ -269,7 +269,7 @@ pub trait Layout<const N: usize, const S: usize>: Copy + Debug + Send + Sync + '
     ) -> [D; MAX_EDGE_UNKNOWNS];
 
     /// Minus the derivatives of [`follower_forces`](Self::follower_forces) by the same unknowns, N/m.
-    fn follower_tangent<D: Nestable>(
+    fn follower_tangent<D: RodScalar>(
         load: &FollowerLoad<D>,
         q: &[D],
         frames: &Self::Frames<D>,
@@ -279,7 +279,7 @@ pub trait Layout<const N: usize, const S: usize>: Copy + Debug + Send + Sync + '
     /// Moves the frames to the edges at `q` and overwrites `gradient` there, N (N m for angles), by the hand-derived
     /// formulas, with the parts of [`gradient`](Self::gradient). In space friction springs and nonlinear bending are
     /// left out. The default leaves the frames unchanged, as in the plane.
-    fn moved_gradient<D: Nestable>(
+    fn moved_gradient<D: RodScalar>(
         elements: Elements<'_, D, Self, N, S>,
         q: &[D],
         frames: &mut Self::Frames<D>,
@@ -292,7 +292,7 @@ pub trait Layout<const N: usize, const S: usize>: Copy + Debug + Send + Sync + '
 /// An iterator over the edges of a rod, one block of as many edges as SIMD lanes at a time.
 pub trait EdgeBlocks<
     'a,
-    D: Nestable,
+    D: RodScalar,
     V: SimdScalar<D>,
     L: Layout<N, S>,
     const N: usize,

@@ -29,13 +29,13 @@ mod drag;
 mod edges;
 mod extra;
 mod follower_loads;
+mod forward_sensitivity;
 mod frames;
 pub mod layout;
 mod moments;
 mod moved_obstacles;
 mod nonlinear;
 pub mod planar;
-mod sensitive;
 pub mod spatial;
 mod state;
 mod sweeps;
@@ -52,6 +52,7 @@ pub use drag::{DragSlopes, NodalDrag};
 pub(crate) use extra::Placed;
 pub use extra::UserEnergies;
 pub use follower_loads::{EdgeFollower, FollowerGroup, FollowerLoads};
+pub use forward_sensitivity::{ChangedRods, EffectiveStrains, ForwardSensitivity};
 pub use frames::{
     FrameRate, ReferenceFrames, RodGeometry, frame_rates, set_dual_frames, set_real_frames,
     zero_frame_rates,
@@ -60,11 +61,10 @@ pub use layout::Layout;
 pub use moments::Moments;
 pub use nonlinear::NonlinearParts;
 pub use planar::PlanarRod;
-pub use sensitive::{ChangedRods, EffectiveStrains, Sensitive};
 pub use spatial::SpatialRod;
 pub use state::{ExchangedEnergy, InternalVariables, State};
 pub use timed_loads::{EdgeMoment, TimedLoad, TimedLoads, UnknownForce, work_of};
-pub use transposed::{LawDerivatives, Strained, Transposed, strained};
+pub use transposed::{LawDerivatives, StressInputs, Transposed, strained};
 pub use viscosity::{OwnViscosity, Viscosity};
 
 #[doc(hidden)]
@@ -72,7 +72,7 @@ pub use viscosity::{OwnViscosity, Viscosity};
 pub use extra::UserEnergies as Extra;
 #[doc(hidden)]
 #[deprecated(since = "0.2.0", note = "renamed to EffectiveStrains")]
-pub use sensitive::EffectiveStrains as Counted;
+pub use forward_sensitivity::EffectiveStrains as Counted;
 #[doc(hidden)]
 #[deprecated(since = "0.3.0", note = "renamed to LawDerivatives")]
 pub use transposed::LawDerivatives as Laws;
@@ -196,7 +196,7 @@ pub trait Rod<D: Scalar>: Clone + Send + Sync {
     /// Overwrites gradient and tangent as [`tangent`](Rod::tangent) does. `tensions` of all edges, N, if given,
     /// replace the axial forces in the geometric stiffness of the tangent; the gradient does not change. The default
     /// ignores `tensions`.
-    fn tangent_under(
+    fn tangent_with_tensions(
         &self,
         q: &[D],
         frames: &Self::Frames,
@@ -253,15 +253,15 @@ pub trait Rod<D: Scalar>: Clone + Send + Sync {
 
     /// Moves the reference frames to the edges at the unknowns `q` by parallel transport. Angles, strains and
     /// energies at `q` do not change; no operation in the plane.
-    fn rebase(frames: &mut Self::Frames, q: &[D]) {
+    fn update_reference_frames(frames: &mut Self::Frames, q: &[D]) {
         frames.move_to(q);
     }
 
     /// Moves the frames of this rod to the unknowns `q`, without changing any energy there. The default is
-    /// [`rebase`](Rod::rebase).
+    /// [`update_reference_frames`](Rod::update_reference_frames).
     #[inline(always)]
     fn move_frames(&self, frames: &mut Self::Frames, q: &[D]) {
-        Self::rebase(frames, q);
+        Self::update_reference_frames(frames, q);
     }
 
     /// Range of the coordinates of bodies in space. Changes of a rotation among them over a step are rotation vectors,
@@ -333,7 +333,7 @@ pub trait Rod<D: Scalar>: Clone + Send + Sync {
     #[inline(always)]
     fn add_products_of_inertia(&self, _rates: &[D], _factor: D, _out: &mut [D]) {}
 
-    /// Moves the frames to `q` as [`rebase`](Rod::rebase) does, and overwrites `gradient` there as
+    /// Moves the frames to `q` as [`update_reference_frames`](Rod::update_reference_frames) does, and overwrites `gradient` there as
     /// [`gradient`](Rod::gradient) does, N (N m for angles).
     fn moved_gradient(
         &self,
@@ -342,7 +342,7 @@ pub trait Rod<D: Scalar>: Clone + Send + Sync {
         derivatives: Derivatives,
         gradient: &mut [D],
     ) {
-        Self::rebase(frames, q);
+        Self::update_reference_frames(frames, q);
         self.gradient(q, frames, derivatives, gradient);
     }
 

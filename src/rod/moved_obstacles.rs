@@ -7,7 +7,7 @@
 //! state; the mean of both ends of a step is of second order. Without moved obstacles nothing changes, and the work is
 //! zero.
 
-use crate::numerics::scalar::{Nestable, Scalar};
+use crate::numerics::scalar::{RodScalar, Scalar};
 use crate::numerics::vector::{add, sub};
 use crate::rod::contacts::{MovedObstacle, RodContact, RodContacts};
 
@@ -27,7 +27,7 @@ impl<D: Scalar> RodContacts<D> {
     }
 }
 
-impl<D: Nestable> RodContact<D> {
+impl<D: RodScalar> RodContact<D> {
     /// Moves the obstacle to its place at the end of the step between two times, s, and sets its velocity there and its
     /// movement in the step. Fixed obstacles stay.
     fn move_obstacle(&mut self, [from, to]: [f64; 2]) {
@@ -41,7 +41,7 @@ impl<D: Nestable> RodContact<D> {
     }
 }
 
-impl<D: Nestable> RodContacts<D> {
+impl<D: RodScalar> RodContacts<D> {
     /// Moves all obstacles to their places at the end of the step between two times, s.
     pub fn move_obstacles(&mut self, interval: [f64; 2]) {
         self.list.iter_mut().for_each(|contact| contact.move_obstacle(interval));

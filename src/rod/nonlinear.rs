@@ -11,7 +11,7 @@
 use crate::energy::Stretch;
 use crate::energy::hyperelastic_stretch::{nonlinear_derivatives, nonlinear_gradient};
 use crate::energy::law::NonlinearPart;
-use crate::numerics::scalar::{Nestable, Scalar};
+use crate::numerics::scalar::{RodScalar, Scalar};
 use crate::numerics::tangent::Tangent;
 use crate::rod::layout::{Layout, MAX_EDGE_UNKNOWNS};
 
@@ -29,7 +29,7 @@ impl<D> Default for NonlinearParts<D> {
     }
 }
 
-impl<D: Nestable> NonlinearParts<D> {
+impl<D: RodScalar> NonlinearParts<D> {
     /// The sum of the energies of the edges beyond the linear law at `q`, J; zero of linear laws.
     pub(super) fn stretch_energy<L: Layout<N, S>, const N: usize, const S: usize>(
         &self,

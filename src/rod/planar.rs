@@ -13,7 +13,7 @@ mod sweep;
 use crate::energy::law::StiffnessEntry;
 use crate::energy::{DeadLoad, FollowerLoad, Local, PlanarBend, dual_gradient, dual_tangent};
 use crate::numerics::banded::BandMatrix;
-use crate::numerics::scalar::{Nestable, Scalar, SimdScalar};
+use crate::numerics::scalar::{RodScalar, Scalar, SimdScalar};
 use crate::rod::DiscreteRod;
 use crate::rod::layout::{EdgeSink, Layout, MAX_EDGE_UNKNOWNS, NodeSink, Plane};
 pub use crate::rod::planar::edges::HALF_BANDWIDTH;
@@ -32,7 +32,7 @@ fn unknowns<D: Copy, const M: usize>(q: &[D], i: usize) -> &[D; M] {
 
 /// Bend `i` as a linear elastic element with the same stiffness and moment at `q` as the bend with its nonlinear law
 /// and its friction spring.
-fn bend<D: Nestable>(elements: &Elements<'_, D>, i: usize, q: &[D]) -> PlanarBend<D> {
+fn bend<D: RodScalar>(elements: &Elements<'_, D>, i: usize, q: &[D]) -> PlanarBend<D> {
     // The energy that num-dual differentiates is elastic: springs act as another stiffness and natural strain.
     elements.elastic_joint(i, &[elements.joint[i].strain(unknowns(q, i))])
 }
@@ -42,11 +42,11 @@ impl Layout<2, 1> for Plane {
     type Stiffness<T: StiffnessEntry> = [T; 1];
     type Joint<D: Scalar> = PlanarBend<D>;
     type Tangent<D: Scalar> = BandMatrix<D, HALF_BANDWIDTH>;
-    type Frames<D: Nestable> = ();
+    type Frames<D: RodScalar> = ();
     type Geometry = Geometry;
     type ByEdge<V: Scalar> = ByEdge<V>;
     type Between<V: Scalar> = [[V; 2]; 2];
-    type Blocks<'a, D: Nestable, V: SimdScalar<D>> = PlanarBlocks<'a, D, V>;
+    type Blocks<'a, D: RodScalar, V: SimdScalar<D>> = PlanarBlocks<'a, D, V>;
 
     /// The vector of edge `i`, m: the position of its second node less that of its first.
     #[inline(always)]
@@ -56,7 +56,7 @@ impl Layout<2, 1> for Plane {
     }
 
     /// The forces of a follower load on both nodes of edge `i`, N; three entries have no meaning.
-    fn follower_forces<D: Nestable>(
+    fn follower_forces<D: RodScalar>(
         load: &FollowerLoad<D>,
         q: &[D],
         (): &(),
@@ -69,7 +69,7 @@ impl Layout<2, 1> for Plane {
 
     /// Minus the derivatives of the forces of a follower load on edge `i` by the four coordinates of its nodes, N/m, by
     /// the hand-derived formulas; other entries are zero.
-    fn follower_tangent<D: Nestable>(
+    fn follower_tangent<D: RodScalar>(
         load: &FollowerLoad<D>,
         q: &[D],
         (): &(),
@@ -86,14 +86,14 @@ impl Layout<2, 1> for Plane {
     /// Overwrites `gradient` with that of elastic energy less work of the dead loads, N, by the hand-derived formulas,
     /// with friction springs and nonlinear bending. Nonlinear parts of stretching laws, constant moments, user-defined
     /// energies, contacts and follower loads are left out.
-    fn gradient<D: Nestable>(at: At<'_, D>, gradient: &mut [D]) {
+    fn gradient<D: RodScalar>(at: At<'_, D>, gradient: &mut [D]) {
         D::run_sweep(PlanarGradient { at, gradient });
     }
 
     /// Calls `add(first, gradient)` for each edge with its whole law, then for each bend with its nonlinear law and
     /// friction spring: the index of its first unknown and its local gradient, N, by num-dual. Loads, moments, contacts
     /// and user-defined energies are left out.
-    fn dual_gradients<D: Nestable>(
+    fn dual_gradients<D: RodScalar>(
         At { elements, q, .. }: At<'_, D>,
         mut add: impl FnMut(usize, &[D]),
     ) {
@@ -107,7 +107,7 @@ impl Layout<2, 1> for Plane {
     }
 
     /// The strain of joint `i` at `q`: its curvature `2 tan(phi/2)`.
-    fn joint_strains<D: Nestable>(at: &At<'_, D>, q: &[D], i: usize) -> [D; 1] {
+    fn joint_strains<D: RodScalar>(at: &At<'_, D>, q: &[D], i: usize) -> [D; 1] {
         [at.elements.joint[i].strain(unknowns(q, i))]
     }
 
@@ -132,7 +132,7 @@ impl Layout<2, 1> for Plane {
 
     /// Computes first and second derivatives of all edges and bends by num-dual and passes them to the consumer `to`,
     /// edge by edge. Given tensions replace the axial forces in the geometric stiffness.
-    fn derive_by_duals<D: Nestable>(
+    fn derive_by_duals<D: RodScalar>(
         At { elements, q, .. }: At<'_, D>,
         to: &mut impl EdgeSink<D, Self, 2, 1>,
     ) {

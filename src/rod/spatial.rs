@@ -22,7 +22,7 @@ use crate::energy::joint::{Between, ByEdge};
 use crate::energy::law::StiffnessEntry;
 use crate::energy::{DeadLoad, FollowerLoad, Local, Stiffness, dual_gradient, dual_tangent};
 use crate::numerics::banded::BandMatrix;
-use crate::numerics::scalar::{Nestable, Scalar, SimdScalar};
+use crate::numerics::scalar::{RodScalar, Scalar, SimdScalar};
 use crate::numerics::vector::map_components;
 use crate::rod::DiscreteRod;
 pub use crate::rod::edges::HALF_BANDWIDTH;
@@ -54,7 +54,7 @@ fn ends<D: Copy>(q: &[D], i: usize) -> [D; 6] {
     [own[a], own[b], own[c], own[d], own[e], own[f]]
 }
 
-impl<D: Nestable> SpatialRod<D> {
+impl<D: RodScalar> SpatialRod<D> {
     /// The bend and twist element `i` with the reference frames of its edges.
     #[inline(always)]
     pub fn bend_twist(&self, i: usize, frames: &Frames<D>) -> BendTwist<D> {
@@ -70,7 +70,7 @@ fn with_reference<D: Scalar>(joint: &JointLaw<D>, i: usize, frames: &Frames<D>) 
 
 /// Bend and twist `i` with its reference frames, as a linear elastic element. Stiffness and stress are those of the
 /// joint with its nonlinear bending and friction springs at `q`.
-fn joint<D: Nestable>(
+fn joint<D: RodScalar>(
     elements: &Elements<'_, D>,
     i: usize,
     q: &[D],
@@ -85,11 +85,11 @@ impl Layout<3, 3> for Space {
     type Stiffness<T: StiffnessEntry> = Stiffness<T>;
     type Joint<D: Scalar> = JointLaw<D>;
     type Tangent<D: Scalar> = BandMatrix<D, HALF_BANDWIDTH>;
-    type Frames<D: Nestable> = Frames<D>;
+    type Frames<D: RodScalar> = Frames<D>;
     type Geometry = Geometry;
     type ByEdge<V: Scalar> = ByEdge<V>;
     type Between<V: Scalar> = Between<V>;
-    type Blocks<'a, D: Nestable, V: SimdScalar<D>> = SpatialBlocks<'a, D, V>;
+    type Blocks<'a, D: RodScalar, V: SimdScalar<D>> = SpatialBlocks<'a, D, V>;
 
     /// The vector of edge `i`, m: the position of its second node less that of its first.
     #[inline(always)]
@@ -100,7 +100,7 @@ impl Layout<3, 3> for Space {
 
     /// The forces of a follower load on the seven unknowns from the first to the second node of edge `i`, N (N m for
     /// the angle).
-    fn follower_forces<D: Nestable>(
+    fn follower_forces<D: RodScalar>(
         load: &FollowerLoad<D>,
         q: &[D],
         frames: &Frames<D>,
@@ -111,7 +111,7 @@ impl Layout<3, 3> for Space {
     }
 
     /// Minus the derivatives of the forces of a follower load on edge `i` by its seven unknowns, N/m, in dual numbers.
-    fn follower_tangent<D: Nestable>(
+    fn follower_tangent<D: RodScalar>(
         load: &FollowerLoad<D>,
         q: &[D],
         frames: &Frames<D>,
@@ -124,14 +124,14 @@ impl Layout<3, 3> for Space {
     /// Overwrites `gradient` with that of elastic energy less work of the dead loads, N and N m, by the hand-derived
     /// formulas, with friction springs and nonlinear bending. Nonlinear parts of stretching laws, user-defined
     /// energies, contacts and follower loads are left out.
-    fn gradient<D: Nestable>(at: At<'_, D>, gradient: &mut [D]) {
+    fn gradient<D: RodScalar>(at: At<'_, D>, gradient: &mut [D]) {
         D::run_sweep(Gradient { at, gradient });
     }
 
     /// Calls `add(first, gradient)` for each edge with its whole law, then for each joint with its nonlinear bending
     /// and friction springs: the index of its first unknown and its local gradient, N and N m, by num-dual. Loads,
     /// contacts and user-defined energies are left out.
-    fn dual_gradients<D: Nestable>(
+    fn dual_gradients<D: RodScalar>(
         At { elements, q, frames }: At<'_, D>,
         mut add: impl FnMut(usize, &[D]),
     ) {
@@ -150,13 +150,13 @@ impl Layout<3, 3> for Space {
     }
 
     /// The strains of joint `i` at `q`: two curvatures along the material directors, and the twist, rad.
-    fn joint_strains<D: Nestable>(at: &At<'_, D>, q: &[D], i: usize) -> [D; 3] {
+    fn joint_strains<D: RodScalar>(at: &At<'_, D>, q: &[D], i: usize) -> [D; 3] {
         with_reference(&at.elements.joint[i], i, at.frames).strains(around(q, i))
     }
 
     /// Moves the frames to `q` and overwrites `gradient` there, in one sweep: the moved frame of each edge is its own
     /// reference. The parts are those of `gradient` without friction springs and nonlinear bending.
-    fn moved_gradient<D: Nestable>(
+    fn moved_gradient<D: RodScalar>(
         elements: Elements<'_, D>,
         q: &[D],
         frames: &mut Frames<D>,
@@ -187,7 +187,7 @@ impl Layout<3, 3> for Space {
 
     /// Computes first and second derivatives of all edges and joints by num-dual and passes them to the consumer `to`,
     /// edge by edge. Given tensions replace the axial forces in the geometric stiffness.
-    fn derive_by_duals<D: Nestable>(
+    fn derive_by_duals<D: RodScalar>(
         At { elements, q, frames }: At<'_, D>,
         to: &mut impl EdgeSink<D, Self, 3, 3>,
     ) {

@@ -8,20 +8,20 @@
 //! geometry and strains. [`Elastic`] returns sums of stretching, bending and twisting energy of the linear laws, J, in
 //! plain numbers. The formulas are those of the [`Layout`].
 
-use crate::numerics::scalar::{Nestable, SimdScalar, Sweep};
+use crate::numerics::scalar::{RodScalar, SimdScalar, Sweep};
 use crate::rod::Energies;
 use crate::rod::frames::RodGeometry;
 use crate::rod::layout::{At, EdgeBlocks, Layout, NodeSink};
 
 /// Overwrites gradient, N, and tangent, N/m, and the geometry if there is one, by the hand-derived formulas.
-pub(super) struct TangentSweep<'a, D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> {
+pub(super) struct TangentSweep<'a, D: RodScalar, L: Layout<N, S>, const N: usize, const S: usize> {
     pub at: At<'a, D, L, N, S>,
     pub gradient: &'a mut [D],
     pub tangent: &'a mut L::Tangent<D>,
     pub geometry: Option<&'a mut L::Geometry>,
 }
 
-impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Sweep<D>
+impl<D: RodScalar, L: Layout<N, S>, const N: usize, const S: usize> Sweep<D>
     for TangentSweep<'_, D, L, N, S>
 {
     type Output = ();
@@ -43,12 +43,12 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Sweep<D>
 }
 
 /// Adds the tangent by edge vectors, N/m, by the hand-derived formulas.
-pub(super) struct EdgeTangent<'a, D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> {
+pub(super) struct EdgeTangent<'a, D: RodScalar, L: Layout<N, S>, const N: usize, const S: usize> {
     pub at: At<'a, D, L, N, S>,
     pub tangent: &'a mut L::Tangent<D>,
 }
 
-impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Sweep<D>
+impl<D: RodScalar, L: Layout<N, S>, const N: usize, const S: usize> Sweep<D>
     for EdgeTangent<'_, D, L, N, S>
 {
     type Output = ();
@@ -63,12 +63,12 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Sweep<D>
 }
 
 /// Overwrites the geometry with lengths, directions and strains of all edges and joints.
-pub(super) struct GeometrySweep<'a, D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> {
+pub(super) struct GeometrySweep<'a, D: RodScalar, L: Layout<N, S>, const N: usize, const S: usize> {
     pub at: At<'a, D, L, N, S>,
     pub geometry: &'a mut L::Geometry,
 }
 
-impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Sweep<D>
+impl<D: RodScalar, L: Layout<N, S>, const N: usize, const S: usize> Sweep<D>
     for GeometrySweep<'_, D, L, N, S>
 {
     type Output = ();
@@ -87,11 +87,11 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Sweep<D>
 
 /// Sums of the energies of stretching, bending and twisting of the linear laws, J, without nonlinear parts and friction
 /// springs.
-pub(super) struct Elastic<'a, D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> {
+pub(super) struct Elastic<'a, D: RodScalar, L: Layout<N, S>, const N: usize, const S: usize> {
     pub at: At<'a, D, L, N, S>,
 }
 
-impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Sweep<D>
+impl<D: RodScalar, L: Layout<N, S>, const N: usize, const S: usize> Sweep<D>
     for Elastic<'_, D, L, N, S>
 {
     type Output = Energies;
@@ -117,13 +117,13 @@ impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Sweep<D>
 }
 
 /// Overwrites `edges` and `joints` with the strains of all edges and joints.
-pub(super) struct Strains<'a, D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> {
+pub(super) struct Strains<'a, D: RodScalar, L: Layout<N, S>, const N: usize, const S: usize> {
     pub at: At<'a, D, L, N, S>,
     pub edges: &'a mut [D],
     pub joints: &'a mut [[D; S]],
 }
 
-impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> Sweep<D>
+impl<D: RodScalar, L: Layout<N, S>, const N: usize, const S: usize> Sweep<D>
     for Strains<'_, D, L, N, S>
 {
     type Output = ();

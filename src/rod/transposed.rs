@@ -8,8 +8,8 @@
 //! parameter.
 
 use crate::energy::law::LawSlopes;
-use crate::numerics::lanes::Lanes;
-use crate::rod::{FrameRate, Sensitive};
+use crate::numerics::directions::Directions;
+use crate::rod::{ForwardSensitivity, FrameRate};
 
 /// The derivatives of a misfit by the laws and loads of a rod.
 #[derive(Clone, Debug, Default)]
@@ -45,7 +45,7 @@ impl LawDerivatives {
 
 /// The effective strains from which stresses follow.
 #[derive(Clone, Copy, Debug)]
-pub struct Strained<'a> {
+pub struct StressInputs<'a> {
     /// The effective strains, of edges first, then of joints.
     pub strains: &'a [f64],
     /// Additional effective strains by the viscous times of single kinds of strain, in the same order; empty for most
@@ -57,8 +57,8 @@ pub struct Strained<'a> {
     pub counted: bool,
 }
 
-/// A rod with transposed products of its [derivatives](Sensitive), which convert derivatives of a misfit.
-pub trait Transposed: Sensitive {
+/// A rod with transposed products of its [derivatives](ForwardSensitivity), which convert derivatives of a misfit.
+pub trait Transposed: ForwardSensitivity {
     /// Zero derivatives for this rod. Those by dead moments have one entry per edge in the plane if `moments` is true
     /// or the rod has moments; else they are empty.
     fn zero_law_derivatives(&self, moments: bool) -> LawDerivatives;
@@ -75,7 +75,7 @@ pub trait Transposed: Sensitive {
     /// `w` by the stresses at the effective strains `strained`. If `strained.counted`, those by relative changes of the
     /// rest lengths are added too. Nonlinear laws of edges and joints add those by their moduli, natural strains and
     /// rest lengths at `strained.now`.
-    fn add_to_laws(&self, w: &[f64], strained: Strained<'_>, laws: &mut LawDerivatives);
+    fn add_to_laws(&self, w: &[f64], strained: StressInputs<'_>, laws: &mut LawDerivatives);
 
     /// Adds to `laws.moment` the derivatives of the misfit by a dead moment on each edge at `q`, from those `d` by
     /// the forces. Nothing happens if that list is empty.
@@ -102,7 +102,7 @@ pub fn strained<R: Transposed>(
     out: &mut [f64],
 ) {
     // The strains along one direction are the forward product with a single lane.
-    let mut strains = vec![Lanes::ZERO; out.len()];
+    let mut strains = vec![Directions::ZERO; out.len()];
     rod.add_strain_rates(still, geometry, change.as_chunks::<1>().0, &mut strains);
     out.iter_mut().zip(strains).for_each(|(out, strain)| *out = strain.0[0]);
     rod.scale_edges_by_rest_length(out);

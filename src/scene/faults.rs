@@ -3,7 +3,7 @@
 //!
 //! Input of `Track::examined`: the recording, with its markers in order along the rod, and the held markers, whose
 //! motion determines gaps. Two options correct lost frames (later times are increased) and exchanged labels
-//! (positions are exchanged). Output: a copy of the recording, corrected as requested, with all its [`Fault`]s. Jumps
+//! (positions are exchanged). Output: a copy of the recording, corrected as requested, with all its [`TrackDefect`]s. Jumps
 //! of single markers are never corrected; the frames around them are unusable (`SPOILED`).
 //!
 //! Lost frames are detected by least squares. A cubic of time is fitted to the positions of the held markers in
@@ -21,8 +21,8 @@
 
 use crate::numerics::upper_median;
 use crate::numerics::vector::{Vector, components, dot, sub};
-use crate::scene::fault::{Fault, JUMP};
 use crate::scene::track::{Marker, Track};
+use crate::scene::track_defect::{JUMP, TrackDefect};
 use serde::{Deserialize, Serialize};
 
 /// Frames on each side of a gap to which the cubic is fitted: six numbers for four coefficients.
@@ -98,14 +98,17 @@ impl Track {
         let order = self.order();
         for (j, other) in order.iter().enumerate().filter(|(j, other)| *j < **other) {
             let markers = [j, *other].map(|k| self.markers()[k].name.clone());
-            faults.push(Fault::SwappedLabels { markers, mended: swapped == SwappedLabels::Mend });
+            faults.push(TrackDefect::SwappedLabels {
+                markers,
+                mended: swapped == SwappedLabels::Mend,
+            });
         }
         // Markers in the order along the rod, whether or not the labels are corrected.
         let places: Vec<&Marker> = order.iter().map(|j| &self.markers()[*j]).collect();
         let held: Vec<&Marker> = held.iter().map(|j| places[*j]).collect();
         let gaps = self.gaps(&held);
         for gap in &gaps {
-            faults.push(Fault::LostFrames {
+            faults.push(TrackDefect::LostFrames {
                 time: self.times()[gap.before],
                 frames: gap.steps - 1,
                 mended: lost == LostFrames::Stretch,
@@ -117,7 +120,7 @@ impl Track {
             let frames = self.glitches(marker, &beside, &gaps);
             if !frames.is_empty() {
                 let times = frames.iter().map(|k| self.times()[*k]).collect();
-                faults.push(Fault::Glitches { marker: marker.name.clone(), frames, times });
+                faults.push(TrackDefect::Glitches { marker: marker.name.clone(), frames, times });
             }
         }
         // Later frames are later by the number of lost frames times the usual step.
@@ -258,7 +261,7 @@ impl Track {
     /// Whether a frame of a marker is unusable: a glitch of the marker of this name is within [`SPOILED`] frames.
     pub(crate) fn is_spoiled(&self, marker: &Marker, frame: usize) -> bool {
         self.faults().iter().any(|fault| match fault {
-            Fault::Glitches { marker: name, frames, .. } => {
+            TrackDefect::Glitches { marker: name, frames, .. } => {
                 *name == marker.name && frames.iter().any(|k| k.abs_diff(frame) <= SPOILED)
             }
             _ => false,
@@ -391,7 +394,7 @@ mod tests {
             .faults()
             .iter()
             .filter_map(|fault| match fault {
-                Fault::LostFrames { time, frames, mended: false } => Some((*time, *frames)),
+                TrackDefect::LostFrames { time, frames, mended: false } => Some((*time, *frames)),
                 _ => None,
             })
             .collect();
@@ -421,7 +424,7 @@ mod tests {
         let markers = even.markers().iter().map(slipped).collect();
         let recorded = Track::new(even.times().to_vec(), markers).unwrap();
         let examined = recorded.examined(&HELD, LostFrames::Stretch, SwappedLabels::Keep);
-        let lost = |fault: &&Fault| matches!(fault, Fault::LostFrames { .. });
+        let lost = |fault: &&TrackDefect| matches!(fault, TrackDefect::LostFrames { .. });
         assert_eq!(examined.faults().iter().find(lost), None);
         assert_eq!(examined.times(), even.times());
     }
@@ -432,7 +435,7 @@ mod tests {
             let recorded = track(&[], Some(pair), None);
             let kept = recorded.examined(&HELD, LostFrames::Keep, SwappedLabels::Keep);
             let markers = pair.map(|j| j.to_string());
-            let swapped = Fault::SwappedLabels { markers, mended: false };
+            let swapped = TrackDefect::SwappedLabels { markers, mended: false };
             assert_eq!(kept.faults(), [swapped]);
             let mended = recorded.examined(&HELD, LostFrames::Keep, SwappedLabels::Mend);
             assert_eq!(mended.markers(), track(&[], None, None).markers());
@@ -443,7 +446,7 @@ mod tests {
     fn glitch_spoils_two_frames_on_each_side() {
         let recorded = track(&[], None, Some(50));
         let examined = recorded.examined(&HELD, LostFrames::Keep, SwappedLabels::Keep);
-        let Fault::Glitches { marker, frames, .. } = &examined.faults()[0] else { panic!() };
+        let TrackDefect::Glitches { marker, frames, .. } = &examined.faults()[0] else { panic!() };
         // The frames beside it are off by as much as the jump, less than half its second difference.
         assert_eq!((marker.as_str(), &frames[..]), ("2", &[49, 50, 51][..]));
         let spoiled = |k| examined.is_spoiled(&examined.markers()[2], k);

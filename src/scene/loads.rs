@@ -15,7 +15,7 @@
 //! whether one of these is above zero, and true for all numbers with derivatives. `LineForce::size` is the absolute
 //! resultant, N.
 
-use crate::numerics::scalar::{Nestable, Scalar};
+use crate::numerics::scalar::{RodScalar, Scalar};
 use crate::scene::drag::Drag;
 use crate::scene::maxwell::MaxwellBranches;
 use crate::scene::number::{Candidates, Quantity, is_default};
@@ -154,13 +154,13 @@ impl Loads {
     }
 }
 
-impl<D: Nestable> Loads<D> {
+impl<D: RodScalar> Loads<D> {
     /// Key of the first load without a potential, if there is one, point loads before line loads: a follower load, and
     /// on a `spatial` rod a moment that is not zero or has a derivative. A follower load that has only a moment counts,
     /// too.
     pub(crate) fn first_follower(&self, spatial: bool) -> Option<FollowerKey> {
         let points = self.point.iter().enumerate().filter_map(|(k, load)| {
-            let turns = spatial && !load.moment.iter().all(Nestable::is_identically_zero);
+            let turns = spatial && !load.moment.iter().all(RodScalar::is_identically_zero);
             let name = if load.follower { "follower" } else { "moment" };
             (load.follower || turns)
                 .then(|| FollowerKey { load: format!("loads.point[{k}]"), name })
@@ -230,7 +230,7 @@ impl<D: Scalar> Damping<D> {
     }
 }
 
-impl<D: Nestable> Damping<D> {
+impl<D: RodScalar> Damping<D> {
     /// Whether a Kelvin-Voigt time, or a derivative of one, is not zero, or there are Maxwell branches. The stress then
     /// depends on strain rates or their history.
     pub(crate) fn is_viscous(&self) -> bool {

@@ -26,7 +26,6 @@ pub mod break_points;
 pub mod camera;
 pub mod contact;
 mod drag;
-pub mod fault;
 pub mod faults;
 mod file;
 pub mod initial;
@@ -76,6 +75,7 @@ pub mod taper;
 pub mod time;
 pub mod tolerance;
 pub mod track;
+pub mod track_defect;
 pub(crate) mod validate;
 
 pub use actuation::{ActuatedStrain, Actuation, RoutePoint, Tension};
@@ -84,7 +84,6 @@ pub use break_points::BreakPoints;
 pub use camera::Camera;
 pub use contact::Contact;
 pub use drag::Drag;
-pub use fault::Fault;
 pub use faults::{LostFrames, SwappedLabels};
 pub use initial::{Initial, InitialState};
 pub use loads::{Damping, Friction, LineForce, Loads, PointForce};
@@ -116,6 +115,7 @@ pub use taper::Taper;
 pub use time::Time;
 pub use tolerance::StepTolerance;
 pub use track::Track;
+pub use track_defect::TrackDefect;
 
 #[doc(hidden)]
 #[deprecated(since = "0.2.0", note = "renamed to StepTolerance")]

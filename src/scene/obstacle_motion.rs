@@ -13,7 +13,7 @@
 //! a displacement without ramp and frequency, and what [`Motion::check`] rejects; `read` reads the recording.
 
 use crate::error::Error;
-use crate::numerics::scalar::{Nestable, Scalar};
+use crate::numerics::scalar::{RodScalar, Scalar};
 use crate::numerics::vector::{Vector, add, scale};
 use crate::scene::number::{Quantity, is_default};
 use crate::scene::prescribed_motion::{Motion, MotionTime};
@@ -155,7 +155,7 @@ impl<D: Scalar> ObstaclePath<D> {
     }
 }
 
-impl<D: Nestable> ObstaclePath<D> {
+impl<D: RodScalar> ObstaclePath<D> {
     /// Velocity at a time, s, along the axes, m/s: the derivative of the displacement.
     pub fn velocity(&self, time: f64) -> Vector<D> {
         // Derivative by time in dual numbers, of the same function as the displacement.

@@ -18,8 +18,8 @@
 use crate::numerics::noise_scale::{NoEstimate, NoisySeries, quantization_step};
 use crate::numerics::spectrum::{harmonic_variances, intervals};
 use crate::numerics::upper_median;
-use crate::scene::fault::Fault;
 use crate::scene::track::{Marker, TimedPosition, Track, known_positions, with_velocities};
+use crate::scene::track_defect::TrackDefect;
 
 /// Extent of a marker, as a fraction of the largest in the recording, from which on it counts as moving; others are
 /// held.
@@ -80,7 +80,7 @@ impl Track {
 
     /// Defects of the markers `driven` (indices) that [move](Self::moving), marker by marker: missing frames, then
     /// jumps of each. The recording is not changed.
-    pub(super) fn motion_faults(&self, driven: &[usize]) -> Vec<Fault> {
+    pub(super) fn motion_faults(&self, driven: &[usize]) -> Vec<TrackDefect> {
         let step = self.usual_step();
         let faults = self.moving(driven).flat_map(|(marker, least)| {
             let mut faults = missing_frames(self.times(), marker, step);
@@ -150,7 +150,7 @@ fn quadratic(known: &[TimedPosition], axis: usize) -> impl Fn(f64) -> f64 + use<
 /// equally many frames cannot be estimated, or exceeds both [`GAP_ERROR`] of the extent and [`GAP_TO_NOISE`] times the
 /// error over one frame. `step` is the usual interval, s: frames are missing in an interval above `LONG_INTERVAL` times
 /// that. Empty for a marker without positions.
-fn missing_frames(times: &[f64], marker: &Marker, step: f64) -> Vec<Fault> {
+fn missing_frames(times: &[f64], marker: &Marker, step: f64) -> Vec<TrackDefect> {
     let known = known_positions(times, &marker.seen);
     let ([Some(first), Some(last)], [Some(start), Some(end)]) =
         ([known.first(), known.last()], [times.first(), times.last()])
@@ -161,12 +161,8 @@ fn missing_frames(times: &[f64], marker: &Marker, step: f64) -> Vec<Fault> {
         true => ((to - from) / step).round() as usize - 1,
         false => 0,
     };
-    let fault = |from: f64, to: f64, frames: usize, error: Option<f64>| Fault::MissingFrames {
-        marker: marker.name.clone(),
-        from,
-        to,
-        frames,
-        error,
+    let fault = |from: f64, to: f64, frames: usize, error: Option<f64>| {
+        TrackDefect::MissingFrames { marker: marker.name.clone(), from, to, frames, error }
     };
     let mut faults = Vec::new();
     // Before the first position and after the last one the motion is extrapolated.
@@ -228,7 +224,7 @@ fn interpolation_error(known: &[TimedPosition], frames: usize, step: f64) -> Opt
 /// also above each of: `least`, m, [`JUMP_TO_NOISE`] times the noise (the median norm of second differences over
 /// `sqrt(6)`), [`JUMP_TO_EXTENT`] of the extent, and [`JUMP_TO_RESOLUTION`] times the resolution of the recording.
 /// Displacements over missing frames are left out. `step` is the usual interval, s.
-fn jumps(times: &[f64], marker: &Marker, step: f64, least: f64) -> Option<Fault> {
+fn jumps(times: &[f64], marker: &Marker, step: f64, least: f64) -> Option<TrackDefect> {
     let frames = marker.seen.len();
     let steps: Vec<Option<f64>> = (1..frames)
         .map(|k| {
@@ -267,7 +263,7 @@ fn jumps(times: &[f64], marker: &Marker, step: f64, least: f64) -> Option<Fault>
     let found: Vec<usize> = (0..steps.len()).filter(is_jump).collect();
     let distance = found.iter().filter_map(|k| steps[*k]).fold(0.0, f64::max);
     let times = found.iter().map(|k| times[k + 1]).collect();
-    (!found.is_empty()).then(|| Fault::Jumps { marker: marker.name.clone(), times, distance })
+    (!found.is_empty()).then(|| TrackDefect::Jumps { marker: marker.name.clone(), times, distance })
 }
 
 /// Lowest frequency, Hz, above which at most [`VARIANCE_ABOVE`] of the variance of a motion lie, all axes together,

@@ -11,8 +11,8 @@
 //! are files that cannot be read, several points, and other columns beside accelerations.
 
 use crate::error::Error;
-use crate::scene::fault::Fault;
 use crate::scene::track::{CLOCK_TOLERANCE, PathPoint, TIME_ZERO_REMEDY, Track, check_clock};
+use crate::scene::track_defect::TrackDefect;
 use marker_files::table::{TIMES, Table};
 use marker_files::{ColumnRules, Format, Recording};
 use std::path::Path;
@@ -167,11 +167,11 @@ fn acceleration_unit(table: &Table, column: usize) -> Result<f64, marker_files::
     })
 }
 
-/// The defect [`Fault::Gravity`] if the size of the mean acceleration, the last velocity over the last time, differs
+/// The defect [`TrackDefect::Gravity`] if the size of the mean acceleration, the last velocity over the last time, differs
 /// from standard gravity by less than [`NEAR_GRAVITY`] of that. None otherwise, and for an empty path.
-fn gravity_fault(path: &[PathPoint]) -> Option<Fault> {
+fn gravity_fault(path: &[PathPoint]) -> Option<TrackDefect> {
     let last = path.last()?;
     let mean = last.velocity.map(|v| v / last.time);
     let size = mean.iter().map(|a| a * a).sum::<f64>().sqrt();
-    ((size / STANDARD_GRAVITY - 1.0).abs() < NEAR_GRAVITY).then_some(Fault::Gravity { mean })
+    ((size / STANDARD_GRAVITY - 1.0).abs() < NEAR_GRAVITY).then_some(TrackDefect::Gravity { mean })
 }

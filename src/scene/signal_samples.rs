@@ -12,8 +12,8 @@
 
 use crate::code::Code;
 use crate::error::Error;
-use crate::scene::fault::Fault;
 use crate::scene::track::{CLOCK_TOLERANCE, Track, median_step};
+use crate::scene::track_defect::TrackDefect;
 use marker_files::table::{TIMES, Table};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
@@ -39,7 +39,7 @@ pub struct SignalSamples {
     /// The last one is constant.
     pub(super) pieces: Vec<[f64; 4]>,
     /// Missing samples.
-    faults: Vec<Fault>,
+    faults: Vec<TrackDefect>,
     /// Frequency, Hz, below which 99 % of the variance lie; none for a signal that does not exceed its noise.
     bandwidth: Option<f64>,
 }
@@ -101,7 +101,7 @@ impl SignalSamples {
         let seen = values.iter().map(|x| Some([(*x)?, 0.0, 0.0])).collect();
         let track = Track::new(times, vec![(String::new(), seen)])?.with_motion_defects(&[0]);
         // A jump of a signal is no defect: its impulse is exact.
-        let is_gap = |fault: &&Fault| matches!(fault, Fault::MissingFrames { .. });
+        let is_gap = |fault: &&TrackDefect| matches!(fault, TrackDefect::MissingFrames { .. });
         let faults = track.faults().iter().filter(is_gap).cloned().collect();
         let pieces = match interpolation {
             Interpolation::Linear => linear_pieces(&samples),
@@ -128,8 +128,8 @@ impl SignalSamples {
 
     /// Warnings, with codes, of missing samples; the texts begin with the path of the `file`.
     pub(super) fn warnings(&self, file: &Path) -> Vec<(Code, String)> {
-        let text = |fault: &Fault| match fault {
-            Fault::MissingFrames { from, to, frames, .. } => format!(
+        let text = |fault: &TrackDefect| match fault {
+            TrackDefect::MissingFrames { from, to, frames, .. } => format!(
                 "{}: {frames} samples are missing from t = {from:.4} s to {to:.4} s. The signal there is interpolated. \
                  Fill the gap in the program that recorded it, or simulate another part",
                 file.display()

@@ -12,7 +12,6 @@
 
 use crate::code::Code;
 use crate::error::Error;
-use crate::scene::fault::Fault;
 use crate::scene::faults::{LostFrames, SwappedLabels};
 use crate::scene::motion_rate::MotionRate;
 use crate::scene::number::is_default;
@@ -22,6 +21,7 @@ use crate::scene::structure_support::StructureSupport;
 use crate::scene::supports::Supports;
 use crate::scene::time::Time;
 use crate::scene::track::Track;
+use crate::scene::track_defect::TrackDefect;
 use marker_files::{Axes, Format, Recording, Vertical, is_same_name};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -184,9 +184,9 @@ impl StructureRecording {
         let Some(track) = self.track.as_ref().filter(|_| is_followed(supports)) else {
             return Vec::new();
         };
-        let matters = |fault: &&Fault| match fault {
-            Fault::SwappedLabels { mended, .. } => *mended,
-            Fault::Glitches { marker, .. } => is_driving(marker, supports),
+        let matters = |fault: &&TrackDefect| match fault {
+            TrackDefect::SwappedLabels { mended, .. } => *mended,
+            TrackDefect::Glitches { marker, .. } => is_driving(marker, supports),
             _ => true,
         };
         let faults = track.faults().iter().filter(matters).cloned().collect();

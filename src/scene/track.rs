@@ -10,7 +10,7 @@
 //! those of the integration for a track from accelerations. Before the first and after the last position the motion
 //! continues with constant velocity.
 //!
-//! Building a problem examines a track: it then has the defects of the recording ([`Fault`]), and the bandwidth, Hz, of
+//! Building a problem examines a track: it then has the defects of the recording ([`TrackDefect`]), and the bandwidth, Hz, of
 //! the markers that drive a support (none if they move less than the noise). Before that it has neither. Defects become
 //! warnings.
 
@@ -20,8 +20,8 @@ use crate::numerics::hermite::HermiteWeights;
 use crate::numerics::scalar::Scalar;
 use crate::numerics::upper_median;
 use crate::numerics::vector::Vector;
-use crate::scene::fault::Fault;
 use crate::scene::time::Time;
+use crate::scene::track_defect::TrackDefect;
 use marker_files::{MarkerData, Recording};
 use std::ops::Range;
 use std::path::Path;
@@ -37,9 +37,9 @@ pub struct Track {
     /// Whether it was integrated from accelerations, and may drift.
     is_integrated: bool,
     /// Defects that were found while reading, with which the examination begins.
-    read_faults: Vec<Fault>,
+    read_faults: Vec<TrackDefect>,
     /// Defects, once the recording was examined.
-    faults: Option<Vec<Fault>>,
+    faults: Option<Vec<TrackDefect>>,
     /// Bandwidth of the markers that drive a support, Hz; none before the examination, and for markers at rest.
     bandwidth: Option<f64>,
 }
@@ -184,12 +184,12 @@ impl Track {
     }
 
     /// The recording with these defects in place of those of an earlier examination, marked as examined.
-    pub(super) fn with_faults(self, faults: Vec<Fault>) -> Self {
+    pub(super) fn with_faults(self, faults: Vec<TrackDefect>) -> Self {
         Self { faults: Some(faults), ..self }
     }
 
     /// The recording with one more defect that was found while reading. The examination begins with these defects.
-    pub(super) fn with_first_fault(mut self, fault: Fault) -> Self {
+    pub(super) fn with_first_fault(mut self, fault: TrackDefect) -> Self {
         self.read_faults.push(fault);
         self
     }
@@ -203,7 +203,7 @@ impl Track {
         let detrended = self.is_integrated.then(|| self.detrended());
         let motion = detrended.as_ref().unwrap_or(&self);
         let (mut faults, bandwidth) = (motion.motion_faults(driven), motion.bandwidth_of(driven));
-        let before: Vec<Fault> =
+        let before: Vec<TrackDefect> =
             self.faults.iter().flatten().chain(&self.read_faults).cloned().collect();
         faults.retain_mut(|fault| fault.retain_distinct(&before, self.usual_step()));
         faults.splice(0..0, before);
@@ -229,7 +229,7 @@ impl Track {
     }
 
     /// Defects, the corrected ones included. Empty before the examination, which building a problem does.
-    pub fn faults(&self) -> &[Fault] {
+    pub fn faults(&self) -> &[TrackDefect] {
         self.faults.as_deref().unwrap_or_default()
     }
 

@@ -177,7 +177,7 @@ impl<'a, R: Rod<f64>> Descent<'a, R> {
             self.gradient[i] += spring * (self.q[i] - self.initial[i]);
         }
         settings.prescribed.fill(&mut self.gradient, 0.0);
-        settings.prescribed.uncouple(&mut self.tangent);
+        settings.prescribed.eliminate_rows_and_columns(&mut self.tangent);
     }
 
     /// The largest absolute unbalanced force on a free unknown, N (N m for angles), of the last assembled gradient; NaN

@@ -14,7 +14,7 @@
 
 use crate::energy::Derivatives;
 use crate::error::Error;
-use crate::numerics::scalar::Nestable;
+use crate::numerics::scalar::RodScalar;
 use crate::numerics::tangent::{Factors, Singular};
 use crate::problem::{Discretized, FramesOf, Model, Setup};
 use crate::rod::{ReferenceFrames, Rod, State};
@@ -101,7 +101,7 @@ impl<M: Model> Discretized<'_, M> {
     ///
     /// # Errors
     /// [`Error::Indifferent`] where the tangent is singular, and those of a recorded start.
-    pub(crate) fn differentiated_equilibrium<D: Nestable>(
+    pub(crate) fn differentiated_equilibrium<D: RodScalar>(
         &self,
         CheckedEquilibrium { rest, neutral }: &CheckedEquilibrium<FramesOf<M>>,
         setup: &Setup<D, M>,
@@ -122,7 +122,7 @@ impl<M: Model> Discretized<'_, M> {
     /// The `requested` outputs of an equilibrium: positions of nodes, axes of edges and, on request, reactions, with
     /// derivatives. `seed` returns the number over `D` of a parameter and its value. Errors are those of
     /// [`differentiated_equilibrium`](Self::differentiated_equilibrium).
-    pub(crate) fn outputs_at_equilibrium<D: Nestable>(
+    pub(crate) fn outputs_at_equilibrium<D: RodScalar>(
         &self,
         equilibrium: &CheckedEquilibrium<FramesOf<M>>,
         requested: &EquilibriumRequest,
@@ -133,7 +133,7 @@ impl<M: Model> Discretized<'_, M> {
         // Directors are normal to the tangent, and derivatives by coordinates are forces, only in frames at the current
         // shape, with all derivatives.
         let mut frames = M::frames_over(&equilibrium.rest.frames);
-        M::Rod::<D>::rebase(&mut frames, &q);
+        M::Rod::<D>::update_reference_frames(&mut frames, &q);
         let nodes = requested.nodes.iter().map(|i| self.model.position(&q, *i)).collect();
         let axes = self.axes_at_rest(&setup, &q, &frames, &requested.edges);
         let reactions = requested
@@ -150,7 +150,7 @@ impl<M: Model> Discretized<'_, M> {
     ///
     /// # Errors
     /// The row of a zero pivot of the tangent.
-    pub(crate) fn differentiate<D: Nestable>(
+    pub(crate) fn differentiate<D: RodScalar>(
         &self,
         rod: &M::Rod<D>,
         frames: &<M::Rod<D> as Rod<D>>::Frames,
@@ -205,7 +205,7 @@ impl<M: Model> Discretized<'_, M> {
 
     /// Adds the derivatives of the initial positions `begin`, without their values, to the coordinates of the nodes in
     /// `q`. Angles are unchanged. This is for a rod that no support holds: it moves with its initial position.
-    pub(crate) fn add_start_derivatives<D: Nestable>(&self, begin: &[D], q: &mut [D]) {
+    pub(crate) fn add_start_derivatives<D: RodScalar>(&self, begin: &[D], q: &mut [D]) {
         for i in (0..q.len()).filter(|i| !M::Rod::<D>::is_angle(*i)) {
             q[i] += begin[i] - D::from(begin[i].value());
         }
@@ -215,7 +215,7 @@ impl<M: Model> Discretized<'_, M> {
     /// initial positions. Angles of recorded ends get those of the initial directors of their edges; other angles stay.
     /// Then the motion of clamped, pinned and recorded supports at `moment` is applied. Errors are those of a recorded
     /// start.
-    pub(crate) fn hold<D: Nestable>(
+    pub(crate) fn hold<D: RodScalar>(
         &self,
         setup: &Setup<D, M>,
         moment: MotionTime<f64>,

@@ -10,7 +10,7 @@
 //! recorded start. Stability is not examined.
 
 use crate::error::Error;
-use crate::numerics::scalar::Nestable;
+use crate::numerics::scalar::RodScalar;
 use crate::problem::{Discretized, FramesOf, Model, Setup, UnknownsAndFrames};
 use crate::rod::ReferenceFrames;
 use crate::scene::prescribed_motion::MotionTime;
@@ -108,7 +108,7 @@ impl<M: Model> Discretized<'_, M> {
     /// Unknowns and frames of the shape from which equilibria are searched, over `D`: the recorded shape if the scene
     /// starts there, else the initial one, without the perturbation. Twists that the scene gives to recorded ends are
     /// added to the angles. Errors are those of a recorded start.
-    pub(super) fn begin_at_rest<D: Nestable>(
+    pub(super) fn begin_at_rest<D: RodScalar>(
         &self,
         setup: &Setup<D, M>,
     ) -> Result<UnknownsAndFrames<D, M>, Error> {

@@ -14,7 +14,7 @@
 use crate::energy::Derivatives;
 use crate::error::Error;
 use crate::numerics::banded::BandMatrix;
-use crate::numerics::scalar::{Nestable, Scalar};
+use crate::numerics::scalar::{RodScalar, Scalar};
 use crate::numerics::tangent::{Factors, Singular, Tangent, UnsymmetricTangent};
 use crate::problem::Model;
 use crate::problem::{Discretized, FramesOf};
@@ -42,7 +42,7 @@ pub(crate) struct Pencil<D, T> {
 /// Tangent of motions out of the plane.
 pub(crate) type OutOfPlaneTangent<D> = BandMatrix<D, OUT_OF_PLANE_BANDWIDTH>;
 
-impl<D: Nestable, T: Tangent<D>> Pencil<D, T> {
+impl<D: RodScalar, T: Tangent<D>> Pencil<D, T> {
     /// The pencil of a rod at the unknowns `q`, m and rad, whose angles are measured from `frames`, over any scalar. It
     /// has the tangent there by the hand-derived formulas, the masses and the free range, in node coordinates.
     /// Prescribed unknowns are decoupled and have no mass.
@@ -59,7 +59,7 @@ impl<D: Nestable, T: Tangent<D>> Pencil<D, T> {
         let mut gradient = vec![D::from(0.0); q.len()];
         rod.tangent(q, frames, Derivatives::Hand, &mut gradient, &mut tangent);
         let (mut mass, prescribed) = (rod.mass().to_vec(), discretized.prescribed());
-        prescribed.uncouple(&mut tangent);
+        prescribed.eliminate_rows_and_columns(&mut tangent);
         prescribed.fill(&mut mass, D::from(0.0));
         Self { tangent, mass, free: discretized.free() }
     }
@@ -141,7 +141,7 @@ impl<T: Tangent<f64>> Pencil<f64, T> {
     }
 }
 
-impl<D: Nestable> Pencil<D, TangentOf<SpatialRod<D>, D>> {
+impl<D: RodScalar> Pencil<D, TangentOf<SpatialRod<D>, D>> {
     /// The pencil of motions out of the plane of a planar rod, from that of its spatial model. Unknowns are, node by
     /// node, the deflection along the `normal`, m, and the angle of the edge after the node, rad. Entries of `K` are
     /// sums over the components along the normal. In-plane motions are not coupled to them. A node with one held

@@ -21,7 +21,7 @@
 //! with respect to parameters. `nodal_loads` are weight, point and line forces on every node, N, at a time;
 //! `loads_at_state` adds the forces of loads without a potential (follower loads, moments in space) at a state.
 
-use crate::numerics::scalar::Nestable;
+use crate::numerics::scalar::RodScalar;
 use crate::numerics::vector::{Vector, add, cross, scale, sub, unit};
 use crate::problem::behind_walls;
 use crate::problem::boundary::BoundaryMotion;
@@ -72,7 +72,7 @@ pub(crate) type ModelState<M, D> = State<D, <<M as Model>::Rod<D> as Rod<D>>::Fr
 
 /// The rod of a scene over the scalar `D` with the forces against its motion, from which the reactions in a state
 /// follow.
-pub(crate) struct ReactionModel<D: Nestable, M: Model> {
+pub(crate) struct ReactionModel<D: RodScalar, M: Model> {
     setup: Setup<D, M>,
     /// The rod under loads without signals; built anew at every time if there are signals.
     rod: M::Rod<D>,
@@ -91,7 +91,7 @@ pub(crate) struct ReactionModel<D: Nestable, M: Model> {
 impl<M: Model> Discretized<'_, M> {
     /// The model of the reactions of a rod in motion: they include viscous stress at the strain rates stored in the
     /// state, drag, mass damping and the inertia of ends that `supports.motion` or a recording moves.
-    pub(crate) fn reactions_in_motion<D: Nestable>(
+    pub(crate) fn reactions_in_motion<D: RodScalar>(
         &self,
         setup: Setup<D, M>,
     ) -> ReactionModel<D, M> {
@@ -109,7 +109,7 @@ impl<M: Model> Discretized<'_, M> {
 
     /// The reactions at both ends of a rod at rest in `state`, in world axes: elastic forces, those of contacts, and
     /// loads only. Signals of loads have their values at `loads.at_time`.
-    pub(crate) fn reactions_at_rest<D: Nestable>(
+    pub(crate) fn reactions_at_rest<D: RodScalar>(
         &self,
         setup: Setup<D, M>,
         state: &ModelState<M, D>,
@@ -129,7 +129,7 @@ impl<M: Model> Discretized<'_, M> {
 
     /// The reactions at both ends in a `state` of the motion of the rod, in world axes, with the forces of `model`.
     /// Loads with signals have their values at the time of the state.
-    pub(crate) fn reactions<D: Nestable>(
+    pub(crate) fn reactions<D: RodScalar>(
         &self,
         model: &ReactionModel<D, M>,
         state: &ModelState<M, D>,
@@ -148,7 +148,7 @@ impl<M: Model> Discretized<'_, M> {
     /// held nodes. A clamp holds two nodes, a recorded end those at its held markers and between them, other supports
     /// one. A free end has zero. Weight, drag, inertia and mass damping of the part of the rod on nodes behind a wall
     /// are left out, those of point masses are not.
-    fn reactions_with<D: Nestable>(
+    fn reactions_with<D: RodScalar>(
         &self,
         ReactionModel { bare, damping, drag, supports, .. }: &ReactionModel<D, M>,
         rod: &M::Rod<D>,
@@ -217,7 +217,7 @@ impl<M: Model> Discretized<'_, M> {
     /// first, from the `force` on every unknown. The force is the sum over the nodes. The moment is about the point of
     /// the support; torques on held angles, along their edges, are added. `next` is the second node from that end. Zero
     /// if nothing is held.
-    fn reaction<D: Nestable>(
+    fn reaction<D: RodScalar>(
         &self,
         held: Range<usize>,
         nodes: &[usize],
@@ -281,7 +281,11 @@ impl<M: Model> Discretized<'_, M> {
 
 /// Weight (of the rod less the displaced fluid, and of point masses), point and line forces on every node, N, in world
 /// axes, one entry per node. Signals have their values at `time`, s. Moments and follower loads are left out.
-fn nodal_loads<D: Nestable, M: Model>(model: &M, setup: &Setup<D, M>, time: f64) -> Vec<Vector<D>> {
+fn nodal_loads<D: RodScalar, M: Model>(
+    model: &M,
+    setup: &Setup<D, M>,
+    time: f64,
+) -> Vec<Vector<D>> {
     let weight = model.rod(&setup.scene, &setup.rest).dead_load();
     let nodes = 0..setup.mesh.nodes.len();
     let mut forces: Vec<Vector<D>> = nodes.map(|i| model.rate(&weight, i)).collect();
@@ -297,7 +301,7 @@ fn nodal_loads<D: Nestable, M: Model>(model: &M, setup: &Setup<D, M>, time: f64)
 
 /// [`nodal_loads`] plus the nodal forces, N, of the loads of `rod` without a potential (follower loads, moments in
 /// space) at the unknowns `q`.
-fn loads_at_state<D: Nestable, M: Model>(
+fn loads_at_state<D: RodScalar, M: Model>(
     model: &M,
     setup: &Setup<D, M>,
     rod: &M::Rod<D>,

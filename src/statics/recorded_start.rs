@@ -28,7 +28,7 @@
 use crate::energy::Derivatives;
 use crate::error::Error;
 use crate::numerics::prescribed_dofs::PrescribedDofs;
-use crate::numerics::scalar::Nestable;
+use crate::numerics::scalar::RodScalar;
 use crate::numerics::tangent::{Factors, Singular, Tangent};
 use crate::numerics::vector::sub;
 use crate::problem::{
@@ -57,7 +57,7 @@ const ANGLE_SPRING_FACTOR: f64 = 10.0;
 const EQUAL_ENERGY: f64 = 1e-9;
 
 /// The initial state of a rod whose motion was recorded.
-pub(crate) struct RecordedStart<D: Nestable, M: Model> {
+pub(crate) struct RecordedStart<D: RodScalar, M: Model> {
     /// Unknowns and frames in the first frame of the recording.
     pub start: UnknownsAndFrames<D, M>,
     /// Change of the unknowns until the second frame, m (rad for angles).
@@ -74,7 +74,7 @@ impl<M: Model> Discretized<'_, M> {
     /// # Errors
     /// [`Error::Invalid`] without `supports.path`, those of the descents to the relaxed shapes, and
     /// [`Error::Indifferent`] where derivatives are requested and the tangent is singular.
-    pub(crate) fn recorded_start<D: Nestable>(
+    pub(crate) fn recorded_start<D: RodScalar>(
         &self,
         setup: &Setup<D, M>,
     ) -> Result<RecordedStart<D, M>, Error> {
@@ -96,7 +96,7 @@ impl<M: Model> Discretized<'_, M> {
     /// Unknowns and initial frames of the rod, relaxed in the first frame of the recording, with the twist that the
     /// scene gives to its ends. Places at t = 0 are not prescribed. Errors are those of
     /// [`recorded_start`](Self::recorded_start).
-    pub(crate) fn recorded_shape<D: Nestable>(
+    pub(crate) fn recorded_shape<D: RodScalar>(
         &self,
         setup: &Setup<D, M>,
     ) -> Result<UnknownsAndFrames<D, M>, Error> {
@@ -125,7 +125,7 @@ impl<M: Model> Discretized<'_, M> {
     /// A spring has the stiffness `sqrt(AXIAL_FACTOR) E sqrt(A I)/l^2`, N/m, at a held node [`HELD_FACTOR`] times that.
     /// The axial stiffness of edges is multiplied by [`AXIAL_FACTOR`], or by zero if both nodes of an edge are held and
     /// marked. An error where the mesh has no nodes at the markers.
-    fn sprung_rod<D: Nestable>(
+    fn sprung_rod<D: RodScalar>(
         &self,
         setup: &Setup<D, M>,
         track: &Track,
@@ -215,7 +215,7 @@ impl<M: Model> Discretized<'_, M> {
     /// The unknowns of least energy in the first two frames over `D`, one list per frame, with the derivatives that `D`
     /// carries, by the implicit function theorem. Plain numbers are those stored in the problem. Errors: those of
     /// [`relax`](Self::relax), and [`Error::Indifferent`] for a singular tangent.
-    fn relaxed_over<D: Nestable>(
+    fn relaxed_over<D: RodScalar>(
         &self,
         setup: &Setup<D, M>,
         track: &Track,
@@ -250,7 +250,7 @@ impl<M: Model> Discretized<'_, M> {
     /// `plain` numbers and the springs on angles. Forces that remain in plain numbers are subtracted, so that the
     /// values of `q` stay. One step removes rounding errors, and one more per order adds derivatives. The row of a zero
     /// pivot is the error.
-    fn differentiate_sprung<D: Nestable>(
+    fn differentiate_sprung<D: RodScalar>(
         &self,
         rod: &M::Rod<D>,
         frames: &<M::Rod<D> as Rod<D>>::Frames,
@@ -285,13 +285,13 @@ impl<M: Model> Discretized<'_, M> {
 
 /// Stiffness of the springs of markers on a rod with `segments` edges, N/m: the geometric mean of [`AXIAL_FACTOR`]
 /// times the axial stiffness and the bending stiffness of an edge.
-pub(crate) fn marker_spring<D: Nestable, M: Model>(setup: &Setup<D, M>, segments: usize) -> D {
+pub(crate) fn marker_spring<D: RodScalar, M: Model>(setup: &Setup<D, M>, segments: usize) -> D {
     spring(setup, segments) * AXIAL_FACTOR.sqrt()
 }
 
 /// The geometric mean of axial and bending stiffness of an edge, `E sqrt(A I)/l^2`, N/m, of a rod with so many
 /// `segments`. `I` is the first second moment of area, `l` the edge length.
-fn spring<D: Nestable, M: Model>(setup: &Setup<D, M>, segments: usize) -> D {
+fn spring<D: RodScalar, M: Model>(setup: &Setup<D, M>, segments: usize) -> D {
     let (material, section) = (&setup.scene.material, setup.scene.rod.section.moments());
     let edge = setup.mesh.length * (segments as f64).recip();
     let [i1, _] = section.second_moments;

@@ -11,7 +11,7 @@
 //! rad) and frames at rest, and the meshes at their places.
 
 use crate::error::Error;
-use crate::numerics::scalar::Nestable;
+use crate::numerics::scalar::RodScalar;
 use crate::problem::{
     Model, PlanarModel, PointTie, Setup, SpatialModel, check_edges, check_on_mesh, correction,
     nodal_loads, nodal_masses, point_ties,
@@ -56,7 +56,7 @@ pub(super) struct Blueprint {
 
 /// An assembly with its unknowns at rest.
 #[derive(Clone, Debug)]
-pub struct AssemblyAtRest<D: Nestable> {
+pub struct AssemblyAtRest<D: RodScalar> {
     /// The rods and bodies.
     pub assembly: Assembly<D>,
     /// Unknowns at rest, m (rad for angles).
@@ -194,7 +194,7 @@ impl Blueprint {
     /// [`Error::Invalid`]: a rigid joint without a moment of inertia, a spring that is too stiff for its rod. Loads
     /// outside of rods, or on a node behind a wall or joint, are errors too. In space also a body without three moments
     /// of inertia, and a hinge without axis.
-    pub fn build<D: Nestable>(
+    pub fn build<D: RodScalar>(
         &self,
         scene: &StructureScene<D>,
     ) -> Result<AssemblyAtRest<D>, Error> {
@@ -204,7 +204,7 @@ impl Blueprint {
     /// [`build`](Self::build), with springs of points of the rods to fixed points if `ties` are given, one list per
     /// rod. The axial stiffness of all rods is then multiplied by [`AXIAL_FACTOR`], so that the springs do not stretch
     /// them.
-    pub fn build_tied<D: Nestable>(
+    pub fn build_tied<D: RodScalar>(
         &self,
         scene: &StructureScene<D>,
         ties: Option<&MarkerTies>,
@@ -242,7 +242,7 @@ impl Blueprint {
 
     /// All rods in order, each as [`rod`](Self::rod) makes it from its model, own scene, mesh and ties. The first error
     /// is returned.
-    fn rods<D: Nestable, L: AssemblyLayout, M: Model<Rod<D> = L::Rod<D>>>(
+    fn rods<D: RodScalar, L: AssemblyLayout, M: Model<Rod<D> = L::Rod<D>>>(
         &self,
         scene: &StructureScene<D>,
         models: &[M],
@@ -262,7 +262,7 @@ impl Blueprint {
     /// behind a wall or joint, has only the masses that point masses put on it, not the mass of the rod. With `ties`
     /// the rod has springs to markers and a larger axial stiffness. An error for a force outside the rod, or on the
     /// outer node of a clamped end by its index.
-    fn rod<D: Nestable, L: AssemblyLayout, M: Model<Rod<D> = L::Rod<D>>>(
+    fn rod<D: RodScalar, L: AssemblyLayout, M: Model<Rod<D> = L::Rod<D>>>(
         &self,
         structure: &StructureScene<D>,
         i: usize,
@@ -341,7 +341,7 @@ type Joined<D, L> =
 /// The members of an assembly of rods in order, with the ranges of their unknowns, then the unknowns, frames and
 /// meshes. The unknowns are those of all rods, each padded with zeros to a multiple of `L::STRIDE`, then the
 /// coordinates `z` of bodies and springs. `held` returns the nodes of a rod that bodies carry and walls hold.
-fn joined<D: Nestable, L: AssemblyLayout>(
+fn joined<D: RodScalar, L: AssemblyLayout>(
     rods: Vec<PlacedRod<D, L>>,
     mut z: Vec<D>,
     held: impl Fn(usize, &PlacedRod<D, L>) -> HeldNodes<L::Place<D>>,

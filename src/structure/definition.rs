@@ -12,7 +12,7 @@
 
 use crate::energy::Derivatives;
 use crate::error::Error;
-use crate::numerics::scalar::Nestable;
+use crate::numerics::scalar::RodScalar;
 use crate::rod::Rod;
 use crate::scene::number::Quantity;
 use crate::scene::{Scene, StructureScene};
@@ -125,7 +125,7 @@ impl Structure {
     /// # Errors
     /// Those of the assembly as in [`new`](Self::new): a joint without inertia, loads outside of rods. The numbers are
     /// not validated again.
-    pub fn at_rest_over<D: Nestable>(
+    pub fn at_rest_over<D: RodScalar>(
         &self,
         seed: impl FnMut(&str, f64, Quantity) -> D,
     ) -> Result<AssemblyAtRest<D>, Error> {

@@ -188,7 +188,7 @@ impl Structure {
         // Tied unknowns follow others, and must not count as motions of their own.
         assembly.unknowns_without_effect().for_each(|i| mass[i] = 0.0);
         self.recorded.prescribed.fill(&mut mass, 0.0);
-        self.recorded.prescribed.uncouple(&mut tangent);
+        self.recorded.prescribed.eliminate_rows_and_columns(&mut tangent);
         Pencil { tangent, mass, free: 0..q.len() }
     }
 }

@@ -10,7 +10,7 @@
 //! Input: the plan, a rod at rest, and the centers (m) and axes of the bodies. Output: [`HeldNodes`] of this rod, in
 //! the order of its ends; free and recorded ends have none.
 
-use crate::numerics::scalar::Nestable;
+use crate::numerics::scalar::RodScalar;
 use crate::numerics::vector::sub;
 use crate::rod::assembly::{AssemblyLayout, Attachment, CarriedEdge, CarriedNode, FixedNode};
 use crate::rod::layout::{Plane, Space};
@@ -40,7 +40,7 @@ struct CarriedEnd {
 /// pinned end one, a free or recorded end none. In space the first of the two nodes of a clamped end also holds the
 /// angle of the edge after it. `arms` returns the arms, m, of a node on body and on clamp; `edge` returns the outer
 /// edge of a clamped end on a body, none in a plane.
-fn held_nodes<D: Nestable, L: AssemblyLayout>(
+fn held_nodes<D: RodScalar, L: AssemblyLayout>(
     plan: &StructurePlan,
     i: usize,
     own: &PlacedRod<D, L>,
@@ -87,7 +87,7 @@ fn held_nodes<D: Nestable, L: AssemblyLayout>(
 /// The nodes of rod `i` in a plane that bodies with these `centers`, m, carry, and those at walls: one node of a hinged
 /// end, two of a clamped one. The first arm of a node on a body, m, is from the center to the node, the second zero.
 /// With a rotational spring the first one is from the center to the wall, the second from the wall to the node.
-pub(super) fn planar_held_nodes<D: Nestable>(
+pub(super) fn planar_held_nodes<D: RodScalar>(
     plan: &StructurePlan,
     i: usize,
     own: &PlacedRod<D, Plane>,
@@ -109,7 +109,7 @@ pub(super) fn planar_held_nodes<D: Nestable>(
 /// the angle of their edge. The arm, m, from the center of the body to a node, and tangent and director of a carried
 /// edge are in the axes of the body at rest. With a spring the first arm ends at the wall; the second one, from the
 /// wall to the node, and the edge are in the axes of the clamp at rest.
-pub(super) fn spatial_held_nodes<D: Nestable>(
+pub(super) fn spatial_held_nodes<D: RodScalar>(
     plan: &StructurePlan,
     i: usize,
     own: &PlacedRod<D, Space>,

@@ -13,7 +13,7 @@
 //! outermost joint.
 
 use crate::error::{Error, ensure};
-use crate::numerics::scalar::{Nestable, Scalar};
+use crate::numerics::scalar::{RodScalar, Scalar};
 use crate::numerics::vector::rotate;
 use crate::rod::PlanarRod;
 use crate::rod::assembly::bodies::{Bodies, Body, JointSpring, Rotation};
@@ -67,7 +67,7 @@ fn inertia_about_normal<D: Scalar>(body: &RigidBody<D>, plane: &Plane) -> D {
     }
 }
 
-impl<D: Nestable> BodiesAtRest<D> {
+impl<D: RodScalar> BodiesAtRest<D> {
     /// The bodies of a plan with their carried masses of these `rods`, their loads, and the springs of the plan. A body
     /// has mass, center, m, and the moment of inertia about its center, kg m^2; one that does not rotate (a hinged
     /// joint) has no moment of inertia. A body of the scene has its weight and the forces of `loads.point` on it, N,
@@ -165,7 +165,7 @@ impl<D: Nestable> BodiesAtRest<D> {
 /// coordinate of its rotation is the angle times `length`, m. The stiffness, N m/rad, is the reciprocal of the
 /// compliance of the joint (the first of three); rest angle and damping are those of the joint. For other kinds of
 /// joints they are 1, 0 and 0.
-fn joint_spring<D: Nestable>(
+fn joint_spring<D: RodScalar>(
     plan: &StructurePlan,
     scene: &StructureScene<D>,
     spring: usize,
@@ -191,7 +191,7 @@ fn joint_spring<D: Nestable>(
 /// Rejects a spring so much stiffer than the joint of the rod beside it that the tangent loses the stiffness of the
 /// rod. Its compliance (the first of three), rad/(N m), must be at least [`LEAST_COMPLIANCE`] over the bending
 /// stiffness, N m, of the outermost joint at this `end` (0 start, 1 end). `Ok` for joints that are no springs.
-fn check_compliance<D: Nestable>(
+fn check_compliance<D: RodScalar>(
     plan: &StructurePlan,
     scene: &StructureScene<D>,
     spring: usize,

@@ -12,7 +12,7 @@
 
 use crate::energy::Derivatives;
 use crate::error::{Error, ensure};
-use crate::numerics::scalar::{Nestable, Scalar};
+use crate::numerics::scalar::{RodScalar, Scalar};
 use crate::numerics::tangent::Tangent;
 use crate::rod::Rod;
 use crate::scene::number::Quantity;
@@ -71,7 +71,7 @@ impl Structure {
     /// # Errors
     /// Those of [`equilibrium`](Self::equilibrium), iterations that do not converge, unstable or missing modes, and a
     /// structure in space.
-    pub fn natural_frequencies_over<D: Nestable>(
+    pub fn natural_frequencies_over<D: RodScalar>(
         &self,
         count: usize,
         seed: impl FnMut(&str, f64, Quantity) -> D,

@@ -11,7 +11,7 @@
 //! world axes, in the order of their numbers. Nodes that bodies carry are placed by these.
 
 use crate::error::{Error, ensure};
-use crate::numerics::scalar::{Nestable, Scalar};
+use crate::numerics::scalar::{RodScalar, Scalar};
 use crate::numerics::vector::{add, cross, scale};
 use crate::rod::Assembly;
 use crate::rod::assembly::AssemblyFrames;
@@ -113,7 +113,7 @@ impl Structure {
     ///
     /// # Errors
     /// As [`at_rest_over`](Self::at_rest_over).
-    pub fn nodes_over<D: Nestable>(
+    pub fn nodes_over<D: RodScalar>(
         &self,
         seed: impl FnMut(&str, f64, Quantity) -> D,
     ) -> Result<StructureNodes<'_, D>, Error> {
@@ -124,7 +124,7 @@ impl Structure {
     /// Positions, m, and velocities, m/s, of all nodes of an assembly of this structure in world axes, from its
     /// unknowns `q`, m (rad for angles), their rates `v`, 1/s of these, and its frames. In a plane those of bodies
     /// follow those of rods; in space bodies have no nodes.
-    pub fn node_motions<D: Nestable>(
+    pub fn node_motions<D: RodScalar>(
         &self,
         assembly: &Assembly<D>,
         [q, v]: [&[D]; 2],

@@ -14,7 +14,7 @@
 //! is the middle of its outer edge.
 
 use crate::error::Error;
-use crate::numerics::scalar::{Nestable, Scalar};
+use crate::numerics::scalar::{RodScalar, Scalar};
 use crate::numerics::vector::{Vector, add, dot, rotate, scale, sub};
 use crate::rod::Rod;
 use crate::rod::assembly::AssemblyLayout;
@@ -38,7 +38,7 @@ const MOMENTUM_TOLERANCE: f64 = 1e-3;
 const AT_NODE: f64 = 1e-6;
 
 /// A rod over a number type, at its place.
-pub(super) struct PlacedRod<D: Nestable, L: AssemblyLayout> {
+pub(super) struct PlacedRod<D: RodScalar, L: AssemblyLayout> {
     pub rod: L::Rod<D>,
     /// Unknowns at rest, m (rad for angles).
     pub q: Vec<D>,
@@ -47,7 +47,7 @@ pub(super) struct PlacedRod<D: Nestable, L: AssemblyLayout> {
     pub mesh: Mesh<D>,
 }
 
-impl<D: Nestable, L: AssemblyLayout> PlacedRod<D, L> {
+impl<D: RodScalar, L: AssemblyLayout> PlacedRod<D, L> {
     /// Position of node `i` at rest, m, in the axes of the model.
     pub fn node(&self, i: usize) -> L::Place<D> {
         L::place(|c| self.q[L::STRIDE * i + c])

@@ -10,7 +10,7 @@
 
 use crate::error::Error;
 use crate::numerics::prescribed_dofs::PrescribedDofs;
-use crate::numerics::scalar::Nestable;
+use crate::numerics::scalar::RodScalar;
 use crate::problem::boundary::{BoundaryMotion, RecordedPart};
 use crate::problem::{PlanarModel, SpatialModel};
 use crate::rod::Assembly;
@@ -103,7 +103,7 @@ impl RecordedEnds {
     /// The prescribed motion of the nodes and edges of all recorded ends over a number type, in the axes of the model,
     /// as
     /// a function of time. Without recorded ends nothing moves.
-    pub fn motion<D: Nestable>(&self) -> BoundaryMotion<D> {
+    pub fn motion<D: RodScalar>(&self) -> BoundaryMotion<D> {
         match self.is_spatial {
             true => BoundaryMotion::new::<SpatialModel>(Vec::new(), self.parts.clone()),
             false => BoundaryMotion::new::<PlanarModel>(Vec::new(), self.parts.clone()),
@@ -112,7 +112,7 @@ impl RecordedEnds {
 
     /// Overwrites the positions of recorded nodes in `q`, m, by those of the recording at a time, s. Angles are
     /// unchanged.
-    pub fn place<D: Nestable>(&self, time: f64, q: &mut [D], frames: &AssemblyFrames<D>) {
+    pub fn place<D: RodScalar>(&self, time: f64, q: &mut [D], frames: &AssemblyFrames<D>) {
         let at = MotionTime::Time(time);
         self.motion::<D>().advance::<Assembly<D>>(at, at, q, frames);
     }

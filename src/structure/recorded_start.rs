@@ -15,7 +15,7 @@ use crate::energy::Derivatives;
 use crate::error::Error;
 use crate::numerics::prescribed_dofs::PrescribedDofs;
 use crate::numerics::rotation::{logarithm, product, transpose};
-use crate::numerics::scalar::Nestable;
+use crate::numerics::scalar::RodScalar;
 use crate::numerics::tangent::{Factors, Tangent};
 use crate::problem::PointTie;
 use crate::rod::assembly::AssemblyFrames;
@@ -49,7 +49,7 @@ impl Structure {
     /// # Errors
     /// A structure without `[recording]` or in a plane, too few markers on a rod, observed points of bodies, a
     /// recording of one frame, no equilibrium, and a singular tangent.
-    pub(super) fn recorded_start<D: Nestable>(
+    pub(super) fn recorded_start<D: RodScalar>(
         &self,
         scene: &StructureScene<D>,
         assembly: &Assembly<D>,
@@ -121,7 +121,7 @@ impl Structure {
     /// The assembly at rest, over the number type of `scene`, with springs from the observed markers to their recorded
     /// positions in frame number `frame`. Markers of recorded ends have no springs. Errors: a recording that is not
     /// read, and those of building the assembly.
-    fn sprung<D: Nestable>(
+    fn sprung<D: RodScalar>(
         &self,
         scene: &StructureScene<D>,
         recording: &StructureRecording,
@@ -208,7 +208,7 @@ impl Structure {
     /// The relaxed unknowns in frame number `frame` over the number type of `scene`, with their derivatives with
     /// respect to its numbers: one Newton step per order, with the tangent in plain numbers. Forces that remain in
     /// plain numbers are subtracted, so that values do not change. A singular tangent is an error.
-    fn relaxed_over<D: Nestable>(
+    fn relaxed_over<D: RodScalar>(
         &self,
         scene: &StructureScene<D>,
         recording: &StructureRecording,
@@ -228,7 +228,7 @@ impl Structure {
         let (mut held, mut tangent) = (vec![0.0; n], plain.zero_tangent());
         plain.tangent(found, &relaxed.pose, Derivatives::Hand, &mut held, &mut tangent);
         let prescribed = self.positions_prescribed();
-        prescribed.uncouple(&mut tangent);
+        prescribed.eliminate_rows_and_columns(&mut tangent);
         let springs = self.weak_angle_springs(&self.negligible_stiffness());
         let mut factors = tangent.new_factors();
         factors
@@ -269,7 +269,7 @@ impl Structure {
 
 /// The unknowns `q`, whose angles and rotations are measured from the frames `from`, converted to those measured from
 /// the frames `to`. Carried nodes get their positions on the bodies. Unchanged in a plane.
-fn measured_from<D: Nestable>(
+fn measured_from<D: RodScalar>(
     assembly: &Assembly<D>,
     from: &AssemblyFrames<D>,
     to: &AssemblyFrames<D>,
@@ -303,7 +303,7 @@ fn measured_from<D: Nestable>(
 /// The change of all unknowns from `q` to `next`, both measured from the frames `pose`. Angles and rotations of both
 /// are first converted to the `frames` at `q`; the change of a rotation is a rotation vector times its scale. Unknowns
 /// without effect have zero.
-fn change_between<D: Nestable>(
+fn change_between<D: RodScalar>(
     assembly: &Assembly<D>,
     [pose, frames]: [&AssemblyFrames<D>; 2],
     [q, next]: [&[D]; 2],

@@ -21,7 +21,7 @@ use crate::numerics::rotation::{
     Matrix3, column, components_of, exponential, identity, product, times, transpose,
     transposed_times,
 };
-use crate::numerics::scalar::{Nestable, Scalar};
+use crate::numerics::scalar::{RodScalar, Scalar};
 use crate::numerics::vector::{Vector, add, cross, dot, scale, sub, unit};
 use crate::rod::assembly::joint_law::{ElasticJoint, JointStiffness};
 use crate::rod::assembly::{
@@ -128,18 +128,18 @@ const NO_PRODUCT: f64 = 1e-14;
 
 /// Axes of the clamp at an end of a rod at rest, in the columns: first director, second director (tangent x first) and
 /// tangent of the outer edge.
-pub(super) fn clamp_axes<D: Nestable>(rod: &PlacedRod<D, Space>, end: usize) -> Matrix3<D> {
+pub(super) fn clamp_axes<D: RodScalar>(rod: &PlacedRod<D, Space>, end: usize) -> Matrix3<D> {
     let frame = &rod.frames.edges[end_edge(rod, end)];
     let (tangent, director) = (frame.tangent, frame.director);
     transpose(&[director, cross(tangent, director), tangent])
 }
 
 /// Index of the outermost edge of an end, 0 (start) or 1.
-pub(super) fn end_edge<D: Nestable>(rod: &PlacedRod<D, Space>, end: usize) -> usize {
+pub(super) fn end_edge<D: RodScalar>(rod: &PlacedRod<D, Space>, end: usize) -> usize {
     if end == 0 { 0 } else { rod.nodes() - 2 }
 }
 
-impl<D: Nestable> SpatialBodiesAtRest<D> {
+impl<D: RodScalar> SpatialBodiesAtRest<D> {
     /// The bodies of a plan with their carried masses of these `rods`, their loads, and the elastic joints. A body has
     /// mass, kg, center, m, and principal moments of inertia about its center, kg m^2; a joint that does not rotate has
     /// no moments. A body of the scene has its weight and the forces of `loads.point` on it, N, which act at its own
@@ -307,7 +307,7 @@ impl<D: Nestable> SpatialBodiesAtRest<D> {
 
 /// The rotational inertia about itself of the half ([`BEFORE_JOINT`]) of the outer edge of an end that belongs to the
 /// rod, kg m^2.
-fn edge_inertia<D: Nestable>(rod: &PlacedRod<D, Space>, end: usize) -> D {
+fn edge_inertia<D: RodScalar>(rod: &PlacedRod<D, Space>, end: usize) -> D {
     rod.rod.mass[4 * end_edge(rod, end) + 3] * BEFORE_JOINT
 }
 
@@ -315,7 +315,7 @@ fn edge_inertia<D: Nestable>(rod: &PlacedRod<D, Space>, end: usize) -> D {
 /// has both nodes of its outer edge at their places, with the inertia of half that edge about its tangent. A pinned end
 /// (of a ball joint) has the outer node, a sprung clamp (of a spring or a hinge) both nodes at the joint. Errors are
 /// those of [`body_tensor`].
-fn carried_masses<D: Nestable>(
+fn carried_masses<D: RodScalar>(
     plan: &StructurePlan,
     scene: &StructureScene<D>,
     rods: &[PlacedRod<D, Space>],

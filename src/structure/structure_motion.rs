@@ -14,7 +14,7 @@
 use crate::dynamics::{BisectedSteps, Simulation, StepControl, StepperSettings, advance};
 use crate::energy::Derivatives;
 use crate::error::{Error, ensure};
-use crate::numerics::scalar::Nestable;
+use crate::numerics::scalar::RodScalar;
 use crate::numerics::tangent::{Factors, Tangent};
 use crate::rod::assembly::AssemblyFrames;
 use crate::rod::{Assembly, Energies, Rod};
@@ -179,7 +179,7 @@ impl Structure {
     ///
     /// # Errors
     /// As [`simulation`](Self::simulation).
-    pub fn simulation_over<D: Nestable>(
+    pub fn simulation_over<D: RodScalar>(
         &self,
         seed: impl FnMut(&str, f64, Quantity) -> D,
     ) -> Result<Simulation<D, Assembly<D>>, Error> {
@@ -193,7 +193,7 @@ impl Structure {
     /// # Errors
     /// As [`equilibrium`](Self::equilibrium); [`Error::SingularEquilibrium`] where the tangent is singular, over dual
     /// numbers only.
-    pub fn equilibrium_over<D: Nestable>(
+    pub fn equilibrium_over<D: RodScalar>(
         &self,
         seed: impl FnMut(&str, f64, Quantity) -> D,
     ) -> Result<AssemblyAtRest<D>, Error> {
@@ -205,7 +205,7 @@ impl Structure {
     /// The simulation of a scene over any number type, at its start: rest, equilibrium or recorded start, with recorded
     /// ends as moving supports. Steps are not controlled. Errors: a scene without `[time]`, in space a scheme that does
     /// not integrate rotations of bodies, and those of the equilibrium or the recorded start.
-    fn simulation_of<D: Nestable>(
+    fn simulation_of<D: RodScalar>(
         &self,
         scene: &StructureScene<D>,
     ) -> Result<Simulation<D, Assembly<D>>, Error> {
@@ -268,7 +268,7 @@ impl Structure {
     /// equilibrium in plain numbers, one Newton iteration over `D` is made per order of derivatives, none for `f64`.
     /// The frames at walls have the derivatives of those in `rest`, the frames at rest. Errors: no equilibrium,
     /// [`Error::SingularEquilibrium`] for a singular tangent.
-    fn differentiated_equilibrium<D: Nestable>(
+    fn differentiated_equilibrium<D: RodScalar>(
         &self,
         assembly: &Assembly<D>,
         rest: &AssemblyFrames<D>,
@@ -283,7 +283,7 @@ impl Structure {
         // From the equilibrium on, every Newton iteration completes one more order of derivatives.
         for _ in 0..D::ORDER {
             assembly.tangent(&q, &frames, Derivatives::Hand, &mut change, &mut tangent);
-            self.recorded.prescribed.uncouple(&mut tangent);
+            self.recorded.prescribed.eliminate_rows_and_columns(&mut tangent);
             self.recorded.prescribed.fill(&mut change, D::from(0.0));
             factors.factor(&tangent, 0..q.len()).map_err(|_| Error::SingularEquilibrium)?;
             factors.solve(&mut change);

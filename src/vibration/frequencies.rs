@@ -24,7 +24,7 @@
 
 use crate::energy::frame::Frames;
 use crate::error::Error;
-use crate::numerics::scalar::Nestable;
+use crate::numerics::scalar::RodScalar;
 use crate::numerics::tangent::{Factors, Tangent};
 use crate::problem::{AnyProblem, Model, ModelWithSetup, Problem, SpatialModel};
 use crate::rod::Rod;
@@ -94,7 +94,7 @@ impl Problem {
     ///
     /// # Errors
     /// Those of [`natural_frequencies`](Self::natural_frequencies).
-    pub fn natural_frequencies_over<D: Nestable, N: Into<ModeName> + Copy>(
+    pub fn natural_frequencies_over<D: RodScalar, N: Into<ModeName> + Copy>(
         &self,
         modes: &[N],
         seed: impl Fn(Parameter, f64) -> D,
@@ -200,7 +200,7 @@ impl<'a> NamedModes<'a> {
     /// The frequencies, rad/s, in the order of the modes, with the derivatives that `D` carries, by inverse iteration
     /// at the differentiated equilibrium. `seed` returns the number of a parameter over `D`. [`Error::Indifferent`] or
     /// [`Error::SingularEquilibrium`] for singular matrices.
-    fn frequencies<D: Nestable>(
+    fn frequencies<D: RodScalar>(
         &self,
         seed: impl Fn(Parameter, f64) -> D,
     ) -> Result<Vec<D>, Error> {
@@ -252,7 +252,7 @@ impl<'a> NamedModes<'a> {
                 let (rod, q) = discretized.differentiated_equilibrium(equilibrium, &setup)?;
                 // The inertia of angles is diagonal only about the frames at the equilibrium.
                 let mut frames = SpatialModel::frames_over::<D>(&equilibrium.rest.frames);
-                <SpatialModel as Model>::Rod::<D>::rebase(&mut frames, &q);
+                <SpatialModel as Model>::Rod::<D>::update_reference_frames(&mut frames, &q);
                 let state = VibrationState {
                     discretized: &discretized,
                     setup: &setup,
@@ -347,7 +347,7 @@ fn checked_mode(
 /// the pencil over `D` from the mode in plain numbers. The value is that of the mode in plain numbers; the derivatives
 /// are those of the last Rayleigh quotient. With `timoshenko` the result is reduced by shear and rotary inertia.
 /// [`Error::SingularEquilibrium`] for a zero pivot.
-fn frequency<D: Nestable, M: Model, T: Tangent<D>>(
+fn frequency<D: RodScalar, M: Model, T: Tangent<D>>(
     state: &VibrationState<'_, D, M, T>,
     PlaneMode { pair, timoshenko, .. }: &PlaneMode,
 ) -> Result<D, Error> {
@@ -387,7 +387,7 @@ fn frequency<D: Nestable, M: Model, T: Tangent<D>>(
 /// One step of iterative refinement of the solution `x` of `(K - shift M) x = right`; returns the refined solution if
 /// its largest residual is lower, else `x`. Above the first mode the matrix is indefinite, and a small pivot of the
 /// elimination without pivoting costs digits of the derivatives.
-fn refine_solution<D: Nestable, T: Tangent<D>>(
+fn refine_solution<D: RodScalar, T: Tangent<D>>(
     x: Vec<D>,
     Pencil { tangent, mass, free }: &Pencil<D, T>,
     shift: D,

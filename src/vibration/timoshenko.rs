@@ -27,7 +27,7 @@
 //! `E/(kappa G) = 1` and `r`; [`ThicknessEffect::factor`] returns `T`. [`VibrationState::frequency_factor`] returns
 //! `1/sqrt(T)` with derivatives.
 
-use crate::numerics::scalar::{Nestable, Scalar};
+use crate::numerics::scalar::{RodScalar, Scalar};
 use crate::numerics::tangent::Tangent;
 use crate::numerics::vector::{add, dot, scale, sub};
 use crate::problem::{Discretized, FramesOver, Model, Setup};
@@ -63,7 +63,7 @@ impl<D: Scalar> ThicknessEffect<D> {
 }
 
 /// A rod at the state about which it vibrates, over any scalar.
-pub(super) struct VibrationState<'a, D: Nestable, M: Model, T> {
+pub(super) struct VibrationState<'a, D: RodScalar, M: Model, T> {
     /// The discretized problem.
     pub discretized: &'a Discretized<'a, M>,
     /// Scene and rest shape.
@@ -78,7 +78,7 @@ pub(super) struct VibrationState<'a, D: Nestable, M: Model, T> {
     pub plane: Option<ModePlane>,
 }
 
-impl<D: Nestable, M: Model, T: Tangent<D>> VibrationState<'_, D, M, T> {
+impl<D: RodScalar, M: Model, T: Tangent<D>> VibrationState<'_, D, M, T> {
     /// Factor of the angular frequency of a bending mode by shear and rotary inertia, `1/sqrt(T)`, at most 1, with `T`
     /// by [`ThicknessEffect::factor`]. The mode has the angular frequency `frequency`, rad/s, without these effects,
     /// and the eigenvector `mode` over the unknowns of the pencil.

@@ -268,8 +268,8 @@ pub fn all(tip: &[[f64; 2]]) -> Vec<Written> {
         "trackmate",
         format!(
             "LABEL,ID,TRACK_ID,QUALITY,POSITION_X,POSITION_Y,POSITION_Z,POSITION_T,FRAME,RADIUS,VISIBILITY\n\
-             Label,Spot ID,Track ID,Quality,X,Y,Z,T,Frame,Radius,Visibility\n\
-             Label,Spot ID,Track ID,Quality,X,Y,Z,T,Frame,R,Visibility\n\
+             Label,ElementPlacement ID,Track ID,Quality,X,Y,Z,T,Frame,Radius,Visibility\n\
+             Label,ElementPlacement ID,Track ID,Quality,X,Y,Z,T,Frame,R,Visibility\n\
              ,,,(quality),(pixel),(pixel),(pixel),(frame),,(pixel),\n{}",
             // In no order, and with spots of no track.
             rows(tip, |k, p| {

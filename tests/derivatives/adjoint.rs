@@ -3,7 +3,7 @@
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rodfit::scene::*;
-use rodfit::{Parameter, Point, Problem, Reversible};
+use rodfit::{AdjointRun, Parameter, Point, Problem};
 use std::collections::BTreeSet;
 
 use crate::common::at_tip;
@@ -36,7 +36,7 @@ impl Misfit {
     fn back(&self, problem: &Problem, parameters: &[Parameter]) -> Vec<f64> {
         let all: Vec<usize> = (0..problem.nodes()).collect();
         let time = problem.time().unwrap();
-        let run = Reversible::run(problem, &all, time.steps()).unwrap();
+        let run = AdjointRun::run(problem, &all, time.steps()).unwrap();
         let mut slopes = run.slopes();
         for (i, k, slope) in &self.nodes {
             slopes.add_motion(*i, *k, *slope).unwrap();
@@ -148,7 +148,7 @@ fn adjoint_gradient_is_the_same_with_little_memory() {
         let problem = scene.problem().unwrap();
         let (tip, parameters) = (problem.nodes() - 1, numbers(&problem));
         let by = |bytes: usize| {
-            let run = Reversible::run_within(&problem, &[tip], 100, bytes).unwrap();
+            let run = AdjointRun::run_within(&problem, &[tip], 100, bytes).unwrap();
             let mut slopes = run.slopes();
             for k in 0..=100 {
                 slopes.add_motion(tip, k, [[1.0, -0.5, 0.2], [0.01, 0.0, 0.03]]).unwrap();
@@ -235,7 +235,7 @@ fn adjoint_of_unsupported_scenes_is_rejected() {
         let mut scene = scene(2, true);
         scene.time = scene.time.map(|time| Time { scheme: Scheme::GeneralisedAlpha, ..time });
         change(&mut scene);
-        Reversible::run(&scene.problem().unwrap(), &[1], 1).unwrap_err().to_string()
+        AdjointRun::run(&scene.problem().unwrap(), &[1], 1).unwrap_err().to_string()
     };
     let scheme = refused(&|scene| {
         scene.time = scene.time.clone().map(|time| Time { scheme: Scheme::Rodas4, ..time });
@@ -257,7 +257,7 @@ fn directional_derivative_is_the_transpose_of_the_adjoint() {
         scene.time = Some(Time { scheme: Scheme::GeneralisedAlpha, ..Time::new(0.02, 1e-3) });
         let problem = scene.problem().unwrap();
         let (tip, parameters) = (problem.nodes() - 1, numbers(&problem));
-        let run = Reversible::run_within(&problem, &[1, tip], 20, bytes).unwrap();
+        let run = AdjointRun::run_within(&problem, &[1, tip], 20, bytes).unwrap();
         let mut random = ChaCha8Rng::seed_from_u64(3);
         let direction: Vec<(Parameter, f64)> = parameters
             .iter()

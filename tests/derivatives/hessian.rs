@@ -3,7 +3,7 @@
 
 use argmin::core::{Gradient, Hessian};
 use num_dual::HyperDual64;
-use rodfit::fit::{Experiment, Frequencies, Loss, Residuals, RestShape, Sighting};
+use rodfit::fit::{Experiment, Frequencies, Loss, Residuals, RestShape, ShapePoint};
 use rodfit::scene::{
     Clamp, Handedness, InitialState, Material, Scene, Scheme, Section, Shape, Time,
 };
@@ -148,7 +148,7 @@ fn hessian_of_all_kinds_of_data_equals_differences_of_the_gradient() {
     let problems = scenes.clone().map(|scene| scene.problem().unwrap());
     let shape = {
         let nodes = problems[0].equilibrium().unwrap().nodes;
-        let seen = |i: usize| Sighting::new(Point::Node(i), nodes[i].map(Some));
+        let seen = |i: usize| ShapePoint::new(Point::Node(i), nodes[i].map(Some));
         RestShape::new((2..11).map(seen).collect()).sigma(1e-3).loss(Loss::SoftL1)
     };
     let natural_frequencies =

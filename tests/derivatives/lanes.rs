@@ -9,9 +9,9 @@ use rand_chacha::ChaCha8Rng;
 use rodfit::Derivatives;
 use rodfit::energy::bend_twist::{JointLaw, Stiffness};
 use rodfit::energy::frame::Frames;
-use rodfit::energy::law::{Sliders, Spring, Springs};
+use rodfit::energy::law::{ActiveSlipElements, SlipElements, Spring};
 use rodfit::energy::{DeadLoad, PlanarBend, Stretch};
-use rodfit::numerics::scalar::Nestable;
+use rodfit::numerics::scalar::RodScalar;
 use rodfit::numerics::tangent::Tangent;
 use rodfit::rod::{
     Energies, FollowerLoads, Moments, NonlinearParts, PlanarRod, Rod, RodContacts, SpatialRod,
@@ -39,7 +39,7 @@ fn path(random: &mut ChaCha8Rng, edges: usize, turn: f64, flat: bool) -> Vec<[f6
     nodes
 }
 
-fn stretch<D: Nestable, const M: usize>(random: &mut ChaCha8Rng) -> Stretch<D, M> {
+fn stretch<D: RodScalar, const M: usize>(random: &mut ChaCha8Rng) -> Stretch<D, M> {
     let mut next = |low: f64, high: f64| D::from(random.random_range(low..high));
     Stretch {
         stiffness: next(10.0, 90.0),
@@ -48,7 +48,7 @@ fn stretch<D: Nestable, const M: usize>(random: &mut ChaCha8Rng) -> Stretch<D, M
     }
 }
 
-fn planar<D: Nestable>(seed: u64, edges: usize, slides: bool) -> (PlanarRod<D>, Vec<D>) {
+fn planar<D: RodScalar>(seed: u64, edges: usize, slides: bool) -> (PlanarRod<D>, Vec<D>) {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     let nodes = path(&mut random, edges, 2.4, true);
     let q = nodes.iter().flat_map(|[x, y, _]| [*x, *y].map(D::from)).collect();
@@ -66,11 +66,11 @@ fn planar<D: Nestable>(seed: u64, edges: usize, slides: bool) -> (PlanarRod<D>, 
         bending: Vec::new(),
         sliders: slides.then(|| {
             let limits = (1..edges).map(|_| next(0.1, 1.0)).collect();
-            let sliders = Arc::new(Sliders { stiffness: D::from(1.3), limits });
+            let sliders = Arc::new(SlipElements { stiffness: D::from(1.3), limits });
             let acting = (1..edges)
                 .map(|_| Spring { elastic: [next(0.1, 3.0)], offset: [next(-0.5, 0.5)] })
                 .collect();
-            Springs { sliders, acting }
+            ActiveSlipElements { sliders, acting }
         }),
         own: UserEnergies::default(),
         followers: FollowerLoads::none(),
@@ -80,7 +80,7 @@ fn planar<D: Nestable>(seed: u64, edges: usize, slides: bool) -> (PlanarRod<D>, 
 }
 
 /// A rod in space that has moved from its references by up to a turn of `since`, rad.
-fn spatial<D: Nestable>(
+fn spatial<D: RodScalar>(
     seed: u64,
     edges: usize,
     since: f64,
@@ -132,14 +132,14 @@ fn spatial<D: Nestable>(
         bending: Vec::new(),
         sliders: slides.then(|| {
             let limits = (1..edges).map(|_| next(0.1, 1.0)).collect();
-            let sliders = Arc::new(Sliders { stiffness: D::from(1.3), limits });
+            let sliders = Arc::new(SlipElements { stiffness: D::from(1.3), limits });
             let acting = (1..edges)
                 .map(|_| Spring {
                     elastic: stiffness(&mut next),
                     offset: [0; 3].map(|_| next(-0.5, 0.5)),
                 })
                 .collect();
-            Springs { sliders, acting }
+            ActiveSlipElements { sliders, acting }
         }),
         own: UserEnergies::default(),
         followers: FollowerLoads::none(),
@@ -162,7 +162,7 @@ struct RodOutputs {
     moved: [Vec<f64>; 2],
 }
 
-fn rod_outputs<D: Nestable, R: Rod<D>>(
+fn rod_outputs<D: RodScalar, R: Rod<D>>(
     rod: &R,
     q: &[D],
     frames: &R::Frames,
@@ -184,7 +184,7 @@ fn rod_outputs<D: Nestable, R: Rod<D>>(
     for shift in [0.0, SHIFT] {
         tensions.iter_mut().enumerate().for_each(|(i, t)| *t += shift * (1.0 + i as f64));
         let mut forces = gradient.clone();
-        rod.tangent_under(q, frames, derivatives, Some(&tensions), &mut forces, &mut under);
+        rod.tangent_with_tensions(q, frames, derivatives, Some(&tensions), &mut forces, &mut under);
         assert!(forces.iter().zip(&beside).all(|(a, b)| a.value() == b.value()));
         let off = (0..q.len()).flat_map(|i| (0..=i).map(move |j| (i, j)));
         let off = off.map(|(i, j)| (under.get(i, j) - tangent.get(i, j)).value().abs());
@@ -204,7 +204,7 @@ fn rod_outputs<D: Nestable, R: Rod<D>>(
     rod.moved_gradient(q, &mut with, derivatives, &mut moved);
     rod.strains(q, &with, &mut after);
     let mut other = frames.clone();
-    R::rebase(&mut other, q);
+    R::update_reference_frames(&mut other, q);
     assert_eq!(format!("{with:?}"), format!("{other:?}"));
     RodOutputs {
         moved: [values(&moved), values(&after)],
@@ -220,7 +220,7 @@ fn rod_outputs<D: Nestable, R: Rod<D>>(
 /// By how much more the first edge is pulled, N; the others twice as much, three times, and so on.
 const SHIFT: f64 = 2.5;
 
-fn own_tensions<D: Nestable, R: Rod<D>>(rod: &R, q: &[D], frames: &R::Frames) -> Vec<D> {
+fn own_tensions<D: RodScalar, R: Rod<D>>(rod: &R, q: &[D], frames: &R::Frames) -> Vec<D> {
     let mut tensions = Vec::new();
     rod.tensions_after(&vec![D::from(0.0); q.len()], q, frames, &mut tensions);
     tensions

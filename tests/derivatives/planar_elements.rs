@@ -4,7 +4,7 @@ use num_dual::{Dual2SVec, Dual2SVec64, Dual64, DualSVec64, HyperDual64};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rodfit::Scalar;
-use rodfit::check::{Terms, Tolerance, check, check_problem};
+use rodfit::check::{CancellationBound, Tolerance, check, check_problem};
 use rodfit::energy::{AsEnergy, DeadLoad, Derivatives, Element, PlanarBend, Stretch};
 use rodfit::scene::{Clamp, Section, Shape};
 
@@ -161,7 +161,7 @@ fn nearly_straight_rods_stay_finite_in_every_scalar() {
                     .iter()
                     .all(|x| x.re.is_finite() && x.eps.is_finite())
             );
-            let terms = second_order(&q, |i, _| Terms::<6>::unknowns(&q)[i]);
+            let terms = second_order(&q, |i, _| CancellationBound::<6>::unknowns(&q)[i]);
             assert!(terms.second.iter().flatten().all(|x| x.is_finite()));
         }
     }

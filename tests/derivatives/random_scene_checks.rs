@@ -3,7 +3,7 @@
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rodfit::Problem;
-use rodfit::accuracy::Aim;
+use rodfit::accuracy::Calculation;
 use rodfit::check::{Tolerance, check_problem};
 use rodfit::scene::*;
 
@@ -81,7 +81,7 @@ fn problem(seed: u64) -> Problem {
         None => wide_scene(seed),
         Some(seed) => parameters::scene(seed / 2, seed.is_multiple_of(2)),
     };
-    scene.problem_for(Aim::Guess).unwrap_or_else(|error| panic!("scene {seed}: {error}"))
+    scene.problem_for(Calculation::Guess).unwrap_or_else(|error| panic!("scene {seed}: {error}"))
 }
 
 /// Of the 400 scenes of wide ranges 160 were reported as wrong when a derivative was compared with the plain sum of its

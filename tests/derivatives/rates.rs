@@ -9,11 +9,11 @@ use rodfit::energy::bend_twist::{JointLaw, Stiffness};
 use rodfit::energy::frame::Frames;
 use rodfit::energy::{DeadLoad, DeadMoment, PlanarBend, Stretch};
 use rodfit::numerics::banded::BandMatrix;
-use rodfit::numerics::scalar::Nestable;
+use rodfit::numerics::scalar::RodScalar;
 use rodfit::rod::{ChangedRods, frame_rates, set_dual_frames, set_real_frames};
 use rodfit::rod::{
-    FollowerLoads, FrameRate, Moments, NonlinearParts, PlanarRod, Rod, RodContacts, RodGeometry,
-    Sensitive, SpatialRod, UserEnergies,
+    FollowerLoads, ForwardSensitivity, FrameRate, Moments, NonlinearParts, PlanarRod, Rod,
+    RodContacts, RodGeometry, SpatialRod, UserEnergies,
 };
 
 const EDGES: usize = 6;
@@ -34,7 +34,7 @@ impl Numbers {
     }
 }
 
-fn planar<D: Nestable>(numbers: &mut Numbers, to: impl Fn(Dual64) -> D) -> PlanarRod<D> {
+fn planar<D: RodScalar>(numbers: &mut Numbers, to: impl Fn(Dual64) -> D) -> PlanarRod<D> {
     let mut next = |low, high| to(numbers.next(low, high));
     PlanarRod {
         nonlinear: NonlinearParts::default(),
@@ -62,7 +62,7 @@ fn planar<D: Nestable>(numbers: &mut Numbers, to: impl Fn(Dual64) -> D) -> Plana
     }
 }
 
-fn spatial<D: Nestable>(numbers: &mut Numbers, to: impl Fn(Dual64) -> D) -> SpatialRod<D> {
+fn spatial<D: RodScalar>(numbers: &mut Numbers, to: impl Fn(Dual64) -> D) -> SpatialRod<D> {
     let mut next = |low, high| to(numbers.next(low, high));
     SpatialRod {
         moments: Moments::none(),
@@ -115,7 +115,7 @@ fn values(x: &[Dual64]) -> Vec<f64> {
 }
 
 /// The derivatives of the gradient along two parameters at unknowns that stay, by hand or by num-dual.
-fn gradient_rates<R: Sensitive>(
+fn gradient_rates<R: ForwardSensitivity>(
     (rod, duals): (&R, &[R::Dual; 2]),
     (q, frames): (&[f64], &R::Frames),
     derivatives: Derivatives,
@@ -168,7 +168,7 @@ fn rates_of_spatial_rods_and_frames_equal_dual_numbers() {
     let frames = before.each_ref().map(|q| {
         let x = [1.0, 0.0, 0.0].map(Dual64::from);
         let mut frames = Frames::bishop(&[x; EDGES], [0.0, 0.6, 0.8].map(Dual64::from));
-        SpatialRod::rebase(&mut frames, q);
+        SpatialRod::update_reference_frames(&mut frames, q);
         frames
     });
     let mut rates: Vec<FrameRate<2>> = frame_rates(frames.each_ref());
@@ -193,7 +193,7 @@ fn rates_of_spatial_rods_and_frames_equal_dual_numbers() {
     geometry.move_frame_rates(&mut rates, &lanes);
     for g in 0..2 {
         let mut exact = frames[g].clone();
-        SpatialRod::rebase(&mut exact, &now[g]);
+        SpatialRod::update_reference_frames(&mut exact, &now[g]);
         let mut found = exact.clone();
         set_dual_frames(&plain(&exact), &rates, g, &mut found);
         let all = |frames: &Frames<Dual64>| -> Vec<f64> {

@@ -226,7 +226,7 @@ fn twist_equals_the_angle_between_material_directors() {
         });
         let mut start = Frames { edges: frames.to_vec(), twist: vec![0.0] };
         // The reference twist of these directors.
-        start.rebase(|j| frames[j].tangent);
+        start.update_reference_frames(|j| frames[j].tangent);
         let element = BendTwist { twist: start.twist[0], ..case.element };
         let direct = element.strains(&case.q)[2];
         let directors =
@@ -242,7 +242,7 @@ fn twist_equals_the_angle_between_material_directors() {
         let mut path = start.clone();
         for k in 1..=steps {
             let part = f64::from(k) / f64::from(steps);
-            path.rebase(|j| {
+            path.update_reference_frames(|j| {
                 let from = Vector3::from(frames[j].tangent);
                 from.slerp(&now[j], part).normalize().into()
             });

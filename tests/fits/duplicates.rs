@@ -1,6 +1,6 @@
 //! Duplicate samples in two measurements are rejected, in whatever units and order; repeated measurements are accepted.
 
-use rodfit::fit::{Experiment, Frequencies, Measurement, RestShape, Sample, Sighting};
+use rodfit::fit::{Experiment, Frequencies, Measurement, RestShape, Sample, ShapePoint};
 use rodfit::{Fit, Observation, Parameter, Point, Scene};
 
 use crate::common::coarse;
@@ -132,7 +132,7 @@ fn duplicate_shapes_and_frequencies_are_rejected() {
         let sighting = |k: usize| {
             let s = 0.1 * k as f64;
             let position = [Some(s), Some(-0.1 * s * s + off * k as f64), None];
-            Sighting::new(Point::ArcLength(s), position)
+            ShapePoint::new(Point::ArcLength(s), position)
         };
         Measurement::from(RestShape::new((1..=5).map(sighting).collect()).sigma(1e-3))
     };

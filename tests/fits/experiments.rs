@@ -1,6 +1,6 @@
 //! Several experiments with shared parameters; shapes at rest and frequencies as measurements; priors; validation data.
 
-use rodfit::fit::{Experiment, FitFile, Frequencies, MeasuredData, RestShape, Sighting};
+use rodfit::fit::{Experiment, FitFile, Frequencies, MeasuredData, RestShape, ShapePoint};
 use rodfit::scene::{Clamp, Material, Scene, Section, Shape, Support, Time};
 use rodfit::vibration::{LinearizationPoint, ModeKind, ModePlane};
 use rodfit::{Fit, FitReport, Parameter, Point, Problem, Unknown};
@@ -22,7 +22,7 @@ fn droop(problem: &Problem, count: usize) -> RestShape {
         let point = Point::ArcLength(problem.length() * k as f64 / count as f64);
         let stencil = problem.stencil(point).unwrap();
         let of = |c: usize| stencil.nodes.iter().map(|(i, w)| w * nodes[*i][c]).sum::<f64>();
-        Sighting::new(point, [0, 1, 2].map(|c| Some(of(c))))
+        ShapePoint::new(point, [0, 1, 2].map(|c| Some(of(c))))
     };
     RestShape::new((1..=count).map(seen).collect())
 }

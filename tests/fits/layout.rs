@@ -1,7 +1,7 @@
 //! Mesh and model of a scene are chosen for generic values of the identified parameters, so that the misfit is smooth at special
 //! ones, such as zero curvature.
 
-use rodfit::fit::{RestShape, Sighting};
+use rodfit::fit::{RestShape, ShapePoint};
 use rodfit::scene::{Material, Scene, Section, Shape};
 use rodfit::{Fit, Parameter, Point, Problem, Unknown};
 
@@ -19,7 +19,7 @@ fn arc() -> Scene {
 /// Where the nodes of a rod are at rest, m.
 fn droop(scene: &Scene) -> RestShape {
     let nodes = rest(scene).nodes;
-    let seen = |(i, x): (usize, &[f64; 3])| Sighting::new(Point::Node(i), x.map(Some));
+    let seen = |(i, x): (usize, &[f64; 3])| ShapePoint::new(Point::Node(i), x.map(Some));
     RestShape::new(nodes.iter().enumerate().skip(2).map(seen).collect()).sigma(1.0)
 }
 

@@ -5,7 +5,7 @@
 #[allow(dead_code, reason = "the example uses more of it")]
 mod tentacle;
 
-use rodfit::fit::{Experiment, FitFile, Residuals, RestShape, Sighting};
+use rodfit::fit::{Experiment, FitFile, Residuals, RestShape, ShapePoint};
 use rodfit::scene::{ActuatedStrain, Actuation, Dimension, Material, Section, Taper};
 use rodfit::{Fit, Parameter, Point, Scene};
 use tentacle::{BASIC, Model, Take, fit, predict};
@@ -30,7 +30,7 @@ fn actuated(component: ActuatedStrain, gain: f64) -> Scene {
 }
 
 /// Residuals of a shape, with a standard deviation of 1 m.
-fn residuals_of(scene: &Scene, sightings: &[Sighting], parameters: &[Parameter]) -> Residuals {
+fn residuals_of(scene: &Scene, sightings: &[ShapePoint], parameters: &[Parameter]) -> Residuals {
     let shape = RestShape::new(sightings.to_vec()).sigma(1.0);
     let fit = Fit::of([Experiment::new("", &scene.problem().unwrap()).observe(shape)]);
     parameters.iter().fold(fit, |fit, p| fit.identify(*p)).residuals().unwrap()
@@ -38,7 +38,7 @@ fn residuals_of(scene: &Scene, sightings: &[Sighting], parameters: &[Parameter])
 
 /// Simulated position of a marker at [`PLACE`], m.
 fn marker(scene: &Scene, offset: [f64; 3]) -> [f64; 3] {
-    let sighting = Sighting::new(Point::ArcLength(PLACE), [Some(0.0); 3]).offset(offset);
+    let sighting = ShapePoint::new(Point::ArcLength(PLACE), [Some(0.0); 3]).offset(offset);
     let residuals = residuals_of(scene, &[sighting], &[Parameter::YoungsModulus]);
     let found = residuals.residuals(&[scene.material.youngs_modulus.ln()]).unwrap();
     [found[0], found[1], found[2]]
@@ -96,7 +96,7 @@ fn marker_at_rest_has_exact_derivatives() {
     {
         let parameters: Vec<Parameter> = names.iter().map(|name| name.parse().unwrap()).collect();
         let position = [Some(0.2), Some(-0.1), Some(0.05)];
-        let at = |point| Sighting::new(point, position).offset(OFFSET);
+        let at = |point| ShapePoint::new(point, position).offset(OFFSET);
         let sightings = [at(Point::ArcLength(0.21)), at(Point::Tip)];
         let residuals = residuals_of(scene, &sightings, &parameters);
         let unknowns = residuals.unknowns().iter();
@@ -154,7 +154,8 @@ fn offset_columns_of_a_shape_are_read_and_checked() {
     let table = "s[mm],offset_t[mm],offset_d1[mm],x,y\n200,1,20,0.2,0.01\n300,,,0.3,0.02\n";
     let fit = read(table).unwrap().fit();
     let shape = RestShape::read(folder.path().join("shape.csv")).unwrap();
-    let at = |s: f64, x: f64, y: f64| Sighting::new(Point::ArcLength(s), [Some(x), Some(y), None]);
+    let at =
+        |s: f64, x: f64, y: f64| ShapePoint::new(Point::ArcLength(s), [Some(x), Some(y), None]);
     let expected = [at(0.2, 0.2, 0.01).offset([1e-3, 0.02, 0.0]), at(0.3, 0.3, 0.02)];
     assert_eq!(shape.data.sightings, expected);
     assert!(fit.residuals().is_ok());

@@ -1,7 +1,7 @@
 //! Simple user-defined energies in several notations, whose derivatives equal finite differences.
 
 use num_dual::Dual64;
-use rodfit::check::{Terms, check_hessian};
+use rodfit::check::{CancellationBound, check_hessian};
 use rodfit::{Energy, Scalar};
 
 /// Declares energies as one writes them, and checks each: over plain, dual and second-order numbers
@@ -27,7 +27,7 @@ fn has_derivatives<const N: usize>(energy: &impl Energy<N>, q: [f64; N]) {
     let value = energy.energy(&q);
     assert!(value.is_finite() && value != 0.0);
     // Powers may be multiplied out in another order.
-    assert!((energy.energy(&Terms::unknowns(&q)).value / value - 1.0).abs() < 1e-14);
+    assert!((energy.energy(&CancellationBound::unknowns(&q)).value / value - 1.0).abs() < 1e-14);
     let mut slopes = [0.0; N];
     for i in 0..N {
         let along = |i: usize| move |j: usize| f64::from(u8::from(i == j));

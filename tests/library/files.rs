@@ -1,6 +1,6 @@
 //! Reports, scenes and fits are unchanged after they are written and read; files in the documents are valid.
 
-use rodfit::fit::{Experiment, FitFile, FitReport, RestShape, Sighting};
+use rodfit::fit::{Experiment, FitFile, FitReport, RestShape, ShapePoint};
 use rodfit::scene::{PointForce, Shape, Signal, Time};
 use rodfit::{Fit, Observation, Parameter, Point, Scene, Trajectory};
 
@@ -58,7 +58,7 @@ fn report_is_equal_after_reading_its_json() {
 
     let motion = displaced(record(&run, 20));
     let sighting =
-        |i: usize| Sighting::new(Point::Node(i), rest.nodes[i].map(|x| Some(x + off(i))));
+        |i: usize| ShapePoint::new(Point::Node(i), rest.nodes[i].map(|x| Some(x + off(i))));
     let droop = RestShape::new([4, 8, 12].map(sighting).into()).sigma(1e-3).held_out();
     let report = Fit::of([Experiment::new("one", &problem).observe(motion).observe(droop)])
         .identify(Parameter::YoungsModulus)

@@ -1,6 +1,6 @@
 //! User-defined measurements: exact derivatives, fits together with built-in ones, and invalid points.
 
-use rodfit::fit::{Gauge, Quantity, Sight};
+use rodfit::fit::{Gauge, GaugeContext, Quantity};
 use rodfit::scene::Stencil;
 use rodfit::{Fit, Parameter, Point, Problem, Scalar};
 
@@ -15,7 +15,7 @@ impl Quantity for TipAngle {
     fn points(&self) -> Vec<Point> {
         vec![Point::ArcLength(0.47), Point::Tip]
     }
-    fn show<D: Scalar>(&self, rod: &Sight<D>) -> D {
+    fn show<D: Scalar>(&self, rod: &GaugeContext<D>) -> D {
         let [a, b] = [0, 1].map(|i| rod.points[i].position);
         (b[1] - a[1]).atan2(b[0] - a[0])
     }
@@ -29,7 +29,7 @@ impl Quantity for ClampMoment {
     fn points(&self) -> Vec<Point> {
         [0.02, 0.06, 0.1].map(Point::ArcLength).into()
     }
-    fn show<D: Scalar>(&self, rod: &Sight<D>) -> D {
+    fn show<D: Scalar>(&self, rod: &GaugeContext<D>) -> D {
         let [a, b, c] = [0, 1, 2].map(|i| rod.points[i].position);
         let heading = |p: [D; 3], q: [D; 3]| (q[1] - p[1]).atan2(q[0] - p[0]);
         let curvature = (heading(b, c) - heading(a, b)) / 0.04;
@@ -50,7 +50,7 @@ fn shown(problem: &Problem, quantity: &impl Quantity, time: f64) -> f64 {
         rodfit::fit::PointState { position, velocity }
     };
     let points: Vec<_> = quantity.points().iter().map(moving).collect();
-    quantity.show(&Sight { time, points: &points, scene: problem.scene() })
+    quantity.show(&GaugeContext { time, points: &points, scene: problem.scene() })
 }
 
 const TIMES: [f64; 5] = [0.013, 0.031, 0.052, 0.074, 0.095];
@@ -162,7 +162,7 @@ fn user_defined_measurement_is_fitted_with_others() {
         fn points(&self) -> Vec<Point> {
             vec![Point::ArcLength(0.6)]
         }
-        fn show<D: Scalar>(&self, rod: &Sight<D>) -> D {
+        fn show<D: Scalar>(&self, rod: &GaugeContext<D>) -> D {
             rod.points[0].position[0]
         }
     }

@@ -1,6 +1,6 @@
 //! Mesh, step and scheme that the program chooses: true errors against requested and estimated ones.
 
-use rodfit::accuracy::{Aim, RunAssessment, simulate_checked};
+use rodfit::accuracy::{Calculation, RunAssessment, simulate_checked};
 use rodfit::scene::{Resolution, Scheme, StepTolerance, Time};
 use rodfit::vibration::LinearizationPoint;
 use rodfit::{Error, Parameter, Point, Problem, Scene};
@@ -280,7 +280,7 @@ fn newton_tolerance_follows_the_requested_accuracy() {
         println!("{k}: {few} tangents instead of {many}, {off:.1e} off");
         // The Newton tolerance is a small part of the requested error.
         assert!(few < many && off < 1e-5, "{k}: {few} {many} {off:e}");
-        let finer = chosen.scene().reopened().problem_for(Aim::Guess).unwrap();
+        let finer = chosen.scene().reopened().problem_for(Calculation::Guess).unwrap();
         assert_eq!(finer.scene().tolerance(), StepTolerance::default());
     }
 }
@@ -419,7 +419,7 @@ fn mesh_of_walls_at_nodes_reaches_the_request() {
         let off = (rest.tip[1] - tip[1]).abs() / 0.5;
         assert!(off < accuracy && problem.resolution().unwrap().bound.is_none(), "{off:e}");
 
-        let problem = open.problem_for(Aim::Modes(2)).unwrap();
+        let problem = open.problem_for(Calculation::Modes(2)).unwrap();
         let modes = problem.modes(2, LinearizationPoint::Rest).unwrap();
         // sqrt(E I/(rho A)) (1.875/L)^2
         let exact = (1e8_f64 / 1273.52).sqrt() * 0.0025 * (1.875_104_068_711_96_f64 / 0.5).powi(2);
@@ -439,15 +439,18 @@ fn mesh_of_walls_at_nodes_reaches_the_request() {
 #[test]
 fn search_for_modes_ends_at_the_largest_mesh() {
     let scene = Scene::from_toml(&format!("accuracy = 1e-6\n{STRAIGHT}"), "data").unwrap();
-    let problem = scene.problem_for(Aim::Modes(10)).unwrap();
+    let problem = scene.problem_for(Calculation::Modes(10)).unwrap();
     let resolution = problem.resolution().unwrap();
     assert!(resolution.segments <= 1000 && resolution.bound.is_some(), "{resolution:?}");
 
     let falling =
         STRAIGHT.to_string() + "[supports]\nstart = \"free\"\n[loads]\ngravity = [0, -9.8, 0]\n";
     let falling = Scene::from_toml(&falling, "data").unwrap();
-    let modes =
-        falling.problem_for(Aim::Modes(8)).unwrap().modes(8, LinearizationPoint::Rest).unwrap();
+    let modes = falling
+        .problem_for(Calculation::Modes(8))
+        .unwrap()
+        .modes(8, LinearizationPoint::Rest)
+        .unwrap();
     let bends = modes.modes.iter().filter(|mode| mode.number == Some(1)).map(|m| m.frequency_rad_s);
     // sqrt(E I/(rho A)) (4.730/L)^2
     let exact = (1e8_f64 / 1273.52).sqrt() * 0.0025 * (4.730_040_744_862_704_f64 / 0.5).powi(2);

@@ -151,7 +151,7 @@ fn twist_of_fifty_turns_is_counted() {
         for j in 0..11 {
             q[4 * j + 3] = turns * f64::from(k) / 500.0 * j as f64 / 10.0;
         }
-        <_ as Moves>::rebase(&rod, &mut frames, &q);
+        <_ as Moves>::update_reference_frames(&rod, &mut frames, &q);
     }
     // Those next to the wall are of their own.
     let stiffness: f64 = rod.joint.iter().map(|joint| joint.stiffness.twist).sum();
@@ -168,7 +168,7 @@ fn twist_of_fifty_turns_is_counted() {
     };
     let mut frames = Frames::bishop(&[[1.0, 0.0, 0.0], tangent(0)], [0.0, 1.0, 0.0]);
     for k in 1..=steps * loops {
-        frames.rebase(|j| if j == 0 { [1.0, 0.0, 0.0] } else { tangent(k) });
+        frames.update_reference_frames(|j| if j == 0 { [1.0, 0.0, 0.0] } else { tangent(k) });
     }
     // Legs of the isosceles spherical triangle and the angle between them (L'Huilier's form).
     let apex = std::f64::consts::TAU / steps as f64;
@@ -179,14 +179,14 @@ fn twist_of_fifty_turns_is_counted() {
     assert!((frames.twist[0] / exact - 1.0).abs() < 1e-14, "{} {exact}", frames.twist[0]);
 }
 
-/// Gives a rod of known dimension the method [`Rod::rebase`].
+/// Gives a rod of known dimension the method [`Rod::update_reference_frames`].
 trait Moves {
-    fn rebase(&self, frames: &mut Frames<f64>, q: &[f64]);
+    fn update_reference_frames(&self, frames: &mut Frames<f64>, q: &[f64]);
 }
 
 impl Moves for rodfit::rod::SpatialRod<f64> {
-    fn rebase(&self, frames: &mut Frames<f64>, q: &[f64]) {
-        <Self as Rod<f64>>::rebase(frames, q);
+    fn update_reference_frames(&self, frames: &mut Frames<f64>, q: &[f64]) {
+        <Self as Rod<f64>>::update_reference_frames(frames, q);
     }
 }
 
@@ -244,7 +244,7 @@ fn energy_is_invariant_under_rigid_motion() {
             }
             q = moved;
             if steps > 1 {
-                <_ as Moves>::rebase(&rod, &mut frames, &q);
+                <_ as Moves>::update_reference_frames(&rod, &mut frames, &q);
             }
         }
         let after = elastic(&q, &frames);
@@ -261,7 +261,7 @@ fn rebasing_frames_does_not_change_the_energy() {
     let (problem, q, frames) = moving_helix();
     let rod = problem.spatial().unwrap().rod();
     let mut moved = frames.clone();
-    <_ as Moves>::rebase(&rod, &mut moved, &q);
+    <_ as Moves>::update_reference_frames(&rod, &mut moved, &q);
     let (a, b) = (rod.energies(&q, &frames), rod.energies(&q, &moved));
     for (a, b) in [(a.bend, b.bend), (a.twist, b.twist), (a.stretch, b.stretch)] {
         // As above: rounding errors.

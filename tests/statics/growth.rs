@@ -1,6 +1,6 @@
 //! Growth rates of unstable equilibria against theory, on the mesh that is chosen for them.
 
-use rodfit::accuracy::Aim;
+use rodfit::accuracy::Calculation;
 use rodfit::scene::{Material, Point, PointForce, Scene, Section, Shape, Support};
 use rodfit::vibration::LinearizationPoint;
 use std::f64::consts::PI;
@@ -29,7 +29,7 @@ fn growth_rate_of_euler_column_is_within_its_error_estimate() {
         let exact =
             PI / length * ((ratio - 1.0) * critical / (density * PI * radius.powi(2))).sqrt();
         for count in [1, 2, 3] {
-            let problem = scene.problem_for(Aim::Modes(count)).unwrap();
+            let problem = scene.problem_for(Calculation::Modes(count)).unwrap();
             let resolution = *problem.resolution().unwrap();
             let found = problem.modes(count, LinearizationPoint::Equilibrium).unwrap();
             assert_eq!(found.unstable, 1, "{ratio} {count}");

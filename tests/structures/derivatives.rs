@@ -70,7 +70,7 @@ fn seeded(seed: u64) -> Structure {
 }
 
 /// The positions of all nodes after 20 steps over a number type. `seed` converts numbers.
-fn positions<D: rodfit::numerics::scalar::Nestable>(
+fn positions<D: rodfit::numerics::scalar::RodScalar>(
     structure: &Structure,
     seed: impl FnMut(&str, f64) -> D,
 ) -> Vec<D> {

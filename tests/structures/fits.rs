@@ -6,7 +6,7 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, Normal};
 use rodfit::fit::{
-    Analysis, Experiment, FitFile, Frequencies, Refinement, RestShape, Sample, Sighting,
+    Analysis, Experiment, FitFile, Frequencies, Refinement, RestShape, Sample, ShapePoint,
 };
 use rodfit::scene::structure_point::{ArcLengthOfRod, RodPoint, StructurePoint};
 use rodfit::scene::{Material, Scheme, Section, Shape, Time};
@@ -103,7 +103,7 @@ fn exact_data_give_back_modulus_compliance_and_mass() {
 #[test]
 fn jacobian_of_residuals_equals_differences() {
     let scene = crane(SCENE);
-    let at = |s: f64| Sighting::new(Point::ArcLength(s), [Some(0.1), Some(0.1), None]);
+    let at = |s: f64| ShapePoint::new(Point::ArcLength(s), [Some(0.1), Some(0.1), None]);
     let mut shape = RestShape::new(vec![at(0.05), at(0.12)]).sigma(1e-3);
     shape.data.rod = Some("arm".into());
     let experiment = recordings(&crane(TRUTH), &places())

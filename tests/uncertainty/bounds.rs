@@ -1,6 +1,6 @@
 //! One-sided bounds: dampings near zero, and parameters whose likelihood is flat on one side.
 
-use rodfit::fit::{Analysis, Observation, RestShape, Sample, Sighting};
+use rodfit::fit::{Analysis, Observation, RestShape, Sample, ShapePoint};
 use rodfit::scene::{Material, Scene, Time};
 use rodfit::{Code, Fit, Parameter, Point, Unknown};
 
@@ -149,7 +149,7 @@ fn damping_of_a_rod_at_rest_has_no_bound() {
     let droop = scene.problem().unwrap().equilibrium().unwrap();
     let sighting = |k: usize| {
         let position = droop.nodes[2 * k].map(Some);
-        Sighting::new(Point::Node(2 * k), position)
+        ShapePoint::new(Point::Node(2 * k), position)
     };
     let shape = RestShape::new((1..=12).map(sighting).collect()).sigma(1e-4);
     let report = Fit::new(&scene.problem().unwrap())

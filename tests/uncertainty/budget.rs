@@ -3,7 +3,7 @@
 use rodfit::fit::{
     Analysis, Correlation, Estimate, Experiment, FitFile, Frequencies, Grade, Known,
 };
-use rodfit::fit::{RestShape, Sighting};
+use rodfit::fit::{RestShape, ShapePoint};
 use rodfit::scene::{Material, Scene, Shape};
 use rodfit::vibration::LinearizationPoint;
 use rodfit::{Fit, FitReport, Parameter, Point};
@@ -50,7 +50,7 @@ fn frequency(noise: f64) -> (Scene, Fit) {
 fn droop(scene: &Scene, noise: f64) -> RestShape {
     let tip = scene.problem().unwrap().equilibrium().unwrap().tip;
     let position = [None, Some(tip[1]), None];
-    RestShape::new(vec![Sighting::new(Point::Tip, position)]).sigma(noise * tip[1].abs())
+    RestShape::new(vec![ShapePoint::new(Point::Tip, position)]).sigma(noise * tip[1].abs())
 }
 
 /// A stiff rod and the fit of its modulus to its static shape with this noise.

@@ -1,6 +1,6 @@
 //! Fits whose mesh, step and scheme the program chooses, with data from much finer ones: coverage, refinement and cost.
 
-use rodfit::accuracy::Aim;
+use rodfit::accuracy::Calculation;
 use rodfit::fit::{Experiment, Grade, Sample};
 use rodfit::scene::{Clamp, Scene, Scheme, Time};
 use rodfit::{Fit, FitReport, Observation, Parameter, Point, Unknown};
@@ -122,7 +122,7 @@ fn numerics_of_a_plucked_strip_are_refined_until_the_residuals_are_noise() {
         .collect();
     let data = noisy(&Observation::new(samples).at(point), 1e-4, 5);
     let start = STRIP.replace("2.05e11", "1e11").replace("mass = 0.6", "mass = 0.2");
-    let problem = Scene::from_toml(&start, ".").unwrap().problem_for(Aim::Guess).unwrap();
+    let problem = Scene::from_toml(&start, ".").unwrap().problem_for(Calculation::Guess).unwrap();
     let mut fit = Fit::new(&problem).observe(data);
     for unknown in UNKNOWNS {
         fit = fit.identify(Unknown::new(unknown));

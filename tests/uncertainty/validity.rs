@@ -1,7 +1,7 @@
 //! Limits of the model: thick rods are reported with the size of the bias (ASTM E1876, Timoshenko), and frequencies that other
 //! mode numbers fit equally well.
 
-use rodfit::fit::{FitReport, Frequencies, Grade, Measurement, RestShape, Sample, Sighting};
+use rodfit::fit::{FitReport, Frequencies, Grade, Measurement, RestShape, Sample, ShapePoint};
 use rodfit::scene::{Dimension, End, Material, Motion, PointForce, Scene, Section, Shape, Support};
 use rodfit::vibration::ModePlane;
 use rodfit::{Code, Fit, Observation, Parameter, Point, Unknown};
@@ -167,7 +167,7 @@ fn droop(shear_part: f64) -> FitReport {
     };
     let sighting = |k: usize| {
         let s = length * k as f64 / 8.0;
-        Sighting::new(Point::ArcLength(s), [None, Some(-sinking(s)), None])
+        ShapePoint::new(Point::ArcLength(s), [None, Some(-sinking(s)), None])
     };
     let shape = RestShape::new((1..=8).map(sighting).collect()).sigma(5e-9);
     fit_modulus(&scene, shape)

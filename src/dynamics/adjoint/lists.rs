@@ -15,7 +15,7 @@
 
 use crate::error::Error;
 use crate::problem::{Discretized, Model, Problem};
-use crate::rod::{LawDerivatives, Sensitive, Transposed};
+use crate::rod::{ForwardSensitivity, LawDerivatives, Transposed};
 use crate::scene::{Parameter, Scene};
 use num_dual::Dual64;
 use std::collections::HashSet;
@@ -156,8 +156,8 @@ pub fn add_natural_strains<M: Model>(
         let in_list = |p| NaturalStrains::of(p).is_some_and(|(own, _)| own == list);
         let seed = |p, value| Dual64::new(value, f64::from(u8::from(in_list(p))));
         let rod = discretized.setup_over::<Dual64>(seed).rod(discretized.model);
-        let mut rates = <M::Rod<f64> as Sensitive>::Rates::default();
-        <M::Rod<f64> as Sensitive>::set_rates(std::array::from_ref(&rod), &mut rates);
+        let mut rates = <M::Rod<f64> as ForwardSensitivity>::Rates::default();
+        <M::Rod<f64> as ForwardSensitivity>::set_rates(std::array::from_ref(&rod), &mut rates);
         let joints = <M::Rod<f64> as Transposed>::along_joints(&rates, laws);
         let mut by_place: Vec<f64> = Vec::new();
         for (i, joint) in joints.iter().enumerate() {

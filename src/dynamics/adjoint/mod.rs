@@ -8,14 +8,14 @@
 //! `dJ/dy0 dy0/dp + dJ/dn dn/dp`, plus the sum over the steps of the parts through moving supports and loads that
 //! change with time. `dy0/dp` and `dn/dp` come from one initial state in dual numbers per parameter.
 //!
-//! Input: [`Reversible::run`] simulates a number of steps of a problem and records the tracked nodes
-//! ([`Reversible::trajectory`]); `run_within` limits the bytes of the stored states. `Reversible::slopes` returns zero
+//! Input: [`AdjointRun::run`] simulates a number of steps of a problem and records the tracked nodes
+//! ([`AdjointRun::trajectory`]); `run_within` limits the bytes of the stored states. `AdjointRun::slopes` returns zero
 //! derivatives, to which `TrajectorySlopes::add` adds those by the position of a point at a time, and `add_motion`
-//! those by the motion of a node. `Reversible::gradient` is the reverse sweep. [`TrajectorySlopes`] has the derivatives
+//! those by the motion of a node. `AdjointRun::gradient` is the reverse sweep. [`TrajectorySlopes`] has the derivatives
 //! of the misfit by positions (m) and velocities (m/s) of these nodes at all records. Output: one derivative per
-//! parameter, in their order, in the unit of the misfit over that of the parameter. [`Reversible::along`] returns the
+//! parameter, in their order, in the unit of the misfit over that of the parameter. [`AdjointRun::along`] returns the
 //! derivatives of the motion of the tracked nodes along a direction of parameters, by one forward sensitivity.
-//! `Reversible::problem` is the problem as it was given.
+//! `AdjointRun::problem` is the problem as it was given.
 //!
 //! The reverse sweep needs the states of the run. Where they exceed the memory (56 MiB by default), simulations at
 //! checkpoints are stored (`checkpoints`), and the steps between are repeated. `start` makes the gradient at the
@@ -53,10 +53,10 @@ const DEFAULT_MEMORY: usize = 56 << 20;
 /// A run with stored states, for adjoint derivatives.
 ///
 /// ```
-/// use rodfit::{Parameter, Point, Reversible, Scene};
+/// use rodfit::{Parameter, Point, AdjointRun, Scene};
 /// let problem = Scene::load("data/cantilever.toml")?.problem()?;
 /// let tip = problem.nodes() - 1;
-/// let run = Reversible::run(&problem, &[tip], 100)?;
+/// let run = AdjointRun::run(&problem, &[tip], 100)?;
 /// // A misfit: half the sum of the squared distances of the tip from its observed position.
 /// let (mut misfit, mut slopes) = (0.0, run.slopes());
 /// for k in 0..=100 {
@@ -71,7 +71,7 @@ const DEFAULT_MEMORY: usize = 56 << 20;
 /// # Ok::<(), rodfit::Error>(())
 /// ```
 #[derive(Clone, Debug)]
-pub struct Reversible {
+pub struct AdjointRun {
     problem: Problem,
     trajectory: Trajectory,
     checkpoints: AnyCheckpoints,
@@ -130,7 +130,7 @@ impl Problem {
     }
 }
 
-impl Reversible {
+impl AdjointRun {
     /// Simulates `steps` steps of a scene, records the nodes `tracked`, and stores its states, or simulations at
     /// checkpoints, in about 56 MiB (`DEFAULT_MEMORY`).
     ///
@@ -237,7 +237,7 @@ impl Reversible {
     }
 }
 
-impl Reversible {
+impl AdjointRun {
     /// The derivatives of positions, m, and velocities, m/s, of the tracked nodes along a `direction` in the space of
     /// parameters, in world axes, record after record. The direction has every parameter's component in its unit;
     /// components of one parameter add up. Method: one forward sensitivity over the stored states, which costs a part

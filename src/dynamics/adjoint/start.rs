@@ -21,7 +21,7 @@ use crate::error::Error;
 use crate::numerics::tangent::Tangent;
 use crate::problem::{Discretized, Model};
 use crate::rod::{
-    LawDerivatives, Rod, RodGeometry, Strained, Transposed, strained, zero_frame_rates,
+    LawDerivatives, Rod, RodGeometry, StressInputs, Transposed, strained, zero_frame_rates,
 };
 use crate::scene::InitialState;
 use num_dual::Dual64;
@@ -119,7 +119,7 @@ where
     let mut laws = parameters.laws.clone();
     let mut add = |d: &[f64]| {
         strained(rod, &geometry, &still, d, &mut along);
-        let strained = Strained { strains: &strain, own: &[], now: &strain, counted: false };
+        let strained = StressInputs { strains: &strain, own: &[], now: &strain, counted: false };
         rod.add_to_laws(&along, strained, &mut laws);
     };
     add(&d);

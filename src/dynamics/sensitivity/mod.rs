@@ -30,13 +30,13 @@ use crate::dynamics::step_map::{
     DualSimulation, ParameterRates, StateRates, StepMap, StepWorkspace,
 };
 use crate::error::Error;
-use crate::numerics::lanes::Lanes;
-use crate::rod::{DualFrames, InternalVariables, Sensitive, State, set_dual_frames};
+use crate::numerics::directions::Directions;
+use crate::rod::{DualFrames, ForwardSensitivity, InternalVariables, State, set_dual_frames};
 use num_dual::Dual64;
 
 /// A group of `G` parameters of an implicit scheme: derivatives of the scene's numbers and of the present state along
 /// each.
-struct Implicit<R: Sensitive, const G: usize> {
+struct Implicit<R: ForwardSensitivity, const G: usize> {
     /// Derivatives of laws, loads, masses, damping and supports.
     parameters: ParameterRates<R, G>,
     /// Derivatives of the state.
@@ -49,12 +49,12 @@ struct Implicit<R: Sensitive, const G: usize> {
 
 /// Whether the stress of a simulation, or its derivative, depends on earlier strains: viscosity of the material,
 /// internal friction, or an averaging scheme, which treats the viscous stress separately.
-fn depends_on_history<R: Sensitive>(simulation: &DualSimulation<R>) -> bool {
+fn depends_on_history<R: ForwardSensitivity>(simulation: &DualSimulation<R>) -> bool {
     // Averaging schemes take the viscous stress apart from the rest.
     !simulation.can_linearize_again() || simulation.damping().depends_on_history()
 }
 
-impl<R: Sensitive, const G: usize> Implicit<R, G> {
+impl<R: ForwardSensitivity, const G: usize> Implicit<R, G> {
     /// The derivatives at the start of `simulations`, one for each parameter. `None` for explicit and Rosenbrock
     /// schemes, which have no Newton iteration.
     fn new(simulations: [&DualSimulation<R>; G]) -> Option<Self> {
@@ -71,7 +71,7 @@ impl<R: Sensitive, const G: usize> Implicit<R, G> {
 }
 
 /// A group of parameters whose derivatives are advanced in SIMD lanes; hides the number of lanes.
-trait LaneGroup<R: Sensitive>: Send + Sync {
+trait LaneGroup<R: ForwardSensitivity>: Send + Sync {
     /// dq/dp and dv/dp of unknown `i` along the parameter in `lane`.
     fn rate(&self, lane: usize, i: usize) -> [f64; 2];
 
@@ -87,7 +87,7 @@ trait LaneGroup<R: Sensitive>: Send + Sync {
     fn advance(&mut self, step: &Linearization<'_, f64, R>) -> Result<(), Error>;
 }
 
-impl<R: Sensitive, const G: usize> LaneGroup<R> for Implicit<R, G> {
+impl<R: ForwardSensitivity, const G: usize> LaneGroup<R> for Implicit<R, G> {
     /// dq/dp and dv/dp of unknown `i` along the parameter in `lane`.
     fn rate(&self, lane: usize, i: usize) -> [f64; 2] {
         [self.state.q[i][lane], self.state.v[i][lane]]
@@ -102,7 +102,7 @@ impl<R: Sensitive, const G: usize> LaneGroup<R> for Implicit<R, G> {
 
     /// The internal variables `now` with their derivatives along the parameter in `lane`.
     fn internal(&self, lane: usize, now: &InternalVariables<f64>) -> InternalVariables<Dual64> {
-        let dual = |now: &[f64], rates: &[Lanes<G>]| {
+        let dual = |now: &[f64], rates: &[Directions<G>]| {
             let rates = rates.iter().map(|rate| rate.0[lane]).chain(std::iter::repeat(0.0));
             now.iter().zip(rates).map(|(x, rate)| Dual64::new(*x, rate)).collect()
         };
@@ -130,10 +130,10 @@ struct LanePlace {
 }
 
 /// The derivatives of a simulation's state with respect to parameters, advanced step by step beside the simulation.
-pub struct Sensitivities<R: Sensitive>(SensitivityMethod<R>);
+pub struct Sensitivities<R: ForwardSensitivity>(SensitivityMethod<R>);
 
 /// The method by which the derivatives of a state follow from those before a step.
-enum SensitivityMethod<R: Sensitive> {
+enum SensitivityMethod<R: ForwardSensitivity> {
     /// For schemes whose steps are equations, by the implicit function theorem: the groups, and the place of every
     /// parameter in them.
     Implicit(Vec<Box<dyn LaneGroup<R>>>, Vec<LanePlace>),
@@ -146,7 +146,7 @@ enum SensitivityMethod<R: Sensitive> {
 /// Appends groups of the parameters with the indices `order` to `groups`: as many groups of four as possible, then at
 /// most one of two and one of one. Writes group and lane of each parameter to `places`, at its index. `None` for
 /// schemes that solve no equations.
-fn add_groups<R: Sensitive>(
+fn add_groups<R: ForwardSensitivity>(
     mut order: &[usize],
     simulations: &[DualSimulation<R>],
     groups: &mut Vec<Box<dyn LaneGroup<R>>>,
@@ -180,7 +180,7 @@ pub(crate) struct Nodes<'a> {
     pub axes: usize,
 }
 
-impl<R: Sensitive> Sensitivities<R> {
+impl<R: ForwardSensitivity> Sensitivities<R> {
     /// The derivatives at the start of `simulations`, each with the derivative of its numbers along one parameter.
     /// Parameters along which stresses depend on the history of strains form groups of their own. If the scheme solves
     /// no equations, or a simulation needs steps in dual numbers, the simulations are kept instead.

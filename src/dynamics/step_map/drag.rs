@@ -12,7 +12,7 @@
 use crate::dynamics::step_map::StepMap;
 use crate::dynamics::step_map::rates::{LaneDrag, ParameterRates, ParameterSlopes, StateRates};
 use crate::dynamics::step_map::workspace::{DragWorkspace, Held};
-use crate::rod::{Sensitive, Transposed};
+use crate::rod::{ForwardSensitivity, Transposed};
 use num_dual::Dual64;
 
 /// Overwrites `to` with the numbers `x` and their derivatives in lane `g` of `rates`.
@@ -21,7 +21,7 @@ fn set_duals<const G: usize>(x: &[f64], rates: &[[f64; G]], g: usize, to: &mut V
     to.extend(x.iter().zip(rates).map(|(x, rate)| Dual64::new(*x, rate[g])));
 }
 
-impl<R: Sensitive> StepMap<'_, R> {
+impl<R: ForwardSensitivity> StepMap<'_, R> {
     /// Adds to `out` the derivatives of minus the drag in the equations of the step, N, at fixed unknowns at the end,
     /// for each SIMD lane (parameter) with drag. They are by the predicted places `q0 + h v0`, by the velocities that
     /// mass damping acts on, and by drag coefficients. `held` are the derivatives of unknowns that supports hold; their

@@ -11,24 +11,24 @@ use crate::dynamics::coefficients::END;
 use crate::dynamics::step_map::workspace::Held;
 use crate::dynamics::step_map::{ParameterRates, StateRates, StepMap, StepWorkspace};
 use crate::error::Error;
-use crate::numerics::lanes::Lanes;
+use crate::numerics::directions::Directions;
 use crate::numerics::simd::with_simd;
 use crate::numerics::tangent::{Factors, Tangent};
 use crate::numerics::vector::components;
-use crate::rod::{RodGeometry, Sensitive, set_dual_frames};
+use crate::rod::{ForwardSensitivity, RodGeometry, set_dual_frames};
 use crate::scene::prescribed_motion::MotionTime;
 use num_dual::Dual64;
 
 /// The arguments of [`StepMap::apply`] as work for a vector unit. A closure instead would be compiled without its
 /// instructions.
-struct Application<'a, R: Sensitive, const G: usize> {
+struct Application<'a, R: ForwardSensitivity, const G: usize> {
     map: &'a StepMap<'a, R>,
     parameters: &'a ParameterRates<R, G>,
     state: &'a mut StateRates<G>,
     room: &'a mut StepWorkspace<R, G>,
 }
 
-impl<R: Sensitive, const G: usize> pulp::NullaryFnOnce for Application<'_, R, G> {
+impl<R: ForwardSensitivity, const G: usize> pulp::NullaryFnOnce for Application<'_, R, G> {
     type Output = Result<(), Error>;
 
     /// Applies the map to the derivatives, compiled for the instruction set of the caller.
@@ -38,7 +38,7 @@ impl<R: Sensitive, const G: usize> pulp::NullaryFnOnce for Application<'_, R, G>
     }
 }
 
-impl<R: Sensitive> StepMap<'_, R> {
+impl<R: ForwardSensitivity> StepMap<'_, R> {
     /// Replaces the derivatives of the state at the start of the step by those at its end, along `G` parameters, in
     /// `state`. `room` are work lists. Compiled for the vector unit of the processor.
     ///
@@ -243,10 +243,10 @@ impl<R: Sensitive> StepMap<'_, R> {
             place.add_frame_rates(&state.frames, &forces.gradient, &forces.tangent, direct);
             // A stage lies at q0 + place (q1 - q0): its part of the start is known.
             for (j, start) in state.q.iter().enumerate() {
-                forces.tangent.add_column(j, (Lanes(*start) * (1.0 - stage.place)).0, direct);
+                forces.tangent.add_column(j, (Directions(*start) * (1.0 - stage.place)).0, direct);
             }
             for Held { i, q, .. } in &*held {
-                forces.tangent.add_column(*i, (Lanes(*q) * stage.place).0, direct);
+                forces.tangent.add_column(*i, (Directions(*q) * stage.place).0, direct);
             }
             // The weights of the quadrature over the step.
             for (sum, direct) in sum.iter_mut().zip(&*direct) {
@@ -276,8 +276,9 @@ impl<R: Sensitive> StepMap<'_, R> {
         let right = &mut room.right[free][..count];
         // The equations of `nodal` for one unknown after the other, with G parameters in SIMD lanes.
         for i in 0..count {
-            let a0 = if A { Lanes(a[i]) } else { Lanes::ZERO };
-            let start = [Lanes(q[i]), Lanes(v[i]), a0, Lanes(n0[i]), Lanes(direct[i])];
+            let a0 = if A { Directions(a[i]) } else { Directions::ZERO };
+            let start =
+                [Directions(q[i]), Directions(v[i]), a0, Directions(n0[i]), Directions(direct[i])];
             let [n, r] = nodal.residual::<A, G>(mass[i], start);
             (direct[i], right[i]) = (n.0, r.0);
         }
@@ -293,23 +294,23 @@ impl<R: Sensitive> StepMap<'_, R> {
     ) {
         let (damping, scheme) = (parameters.numbers.mass, parameters.numbers.scheme);
         let (nodal, step, mass) = (self.nodal, self.step, self.step.rod.mass());
-        if parameters.mass.is_some() || damping != Lanes::ZERO {
+        if parameters.mass.is_some() || damping != Directions::ZERO {
             for i in step.free.clone() {
                 let of_mass = parameters.mass.as_ref().map_or([0.0; G], |mass| mass[i]);
-                let (rates, step_motion) = ([Lanes(of_mass), damping], self.step_motion(i));
-                let at_fixed = [Lanes(room.direct[i]), Lanes(room.right[i])];
+                let (rates, step_motion) = ([Directions(of_mass), damping], self.step_motion(i));
+                let at_fixed = [Directions(room.direct[i]), Directions(room.right[i])];
                 let [n, r] = nodal.with_mass_and_damping(mass[i], &step_motion, rates, at_fixed);
                 (room.direct[i], room.right[i]) = (n.0, r.0);
             }
         }
         // Most runs do not vary the parameter of the scheme.
-        if scheme == Lanes::ZERO {
+        if scheme == Directions::ZERO {
             return;
         }
         for i in step.free.clone() {
             let (step_motion, forces) =
                 (self.step_motion(i), [step.total[i], step.before.unbalanced[i]]);
-            let at_fixed = [Lanes(room.direct[i]), Lanes(room.right[i])];
+            let at_fixed = [Directions(room.direct[i]), Directions(room.right[i])];
             let [n, r] = nodal.with_scheme(mass[i], &step_motion, forces, scheme, at_fixed);
             (room.direct[i], room.right[i]) = (n.0, r.0);
         }
@@ -380,11 +381,11 @@ impl<R: Sensitive> StepMap<'_, R> {
         let (direct, right) = (&room.direct[free.clone()][..count], &room.right[free.clone()]);
         let (right, solution) = (&right[..count], &room.solution[free][..count]);
         for i in 0..count {
-            let a0 = if A { Lanes(a[i]) } else { Lanes::ZERO };
+            let a0 = if A { Directions(a[i]) } else { Directions::ZERO };
             // Velocity, acceleration and force follow from q1 by the equations of the scheme.
-            let q1 = Lanes(solution[i]);
-            let [v1, a1] = nodal.end::<A, G>([Lanes(q[i]), Lanes(v[i]), a0, q1]);
-            n1[i] = nodal.force(mass[i], [Lanes(direct[i]), Lanes(right[i]), q1]).0;
+            let q1 = Directions(solution[i]);
+            let [v1, a1] = nodal.end::<A, G>([Directions(q[i]), Directions(v[i]), a0, q1]);
+            n1[i] = nodal.force(mass[i], [Directions(direct[i]), Directions(right[i]), q1]).0;
             (q[i], v[i]) = (solution[i], v1.0);
             if A {
                 a[i] = a1.0;
@@ -402,12 +403,12 @@ impl<R: Sensitive> StepMap<'_, R> {
         room: &StepWorkspace<R, G>,
     ) {
         let scheme = parameters.numbers.scheme;
-        if scheme != Lanes::ZERO {
+        if scheme != Directions::ZERO {
             for i in self.step.free.clone() {
                 let [v, a] = self.nodal.end_by_scheme(&self.step_motion(i));
-                state.v[i] = (Lanes(state.v[i]) + scheme * v).0;
+                state.v[i] = (Directions(state.v[i]) + scheme * v).0;
                 if let Some(own) = state.acceleration.get_mut(i) {
-                    *own = (Lanes(*own) + scheme * a).0;
+                    *own = (Directions(*own) + scheme * a).0;
                 }
             }
         }

@@ -30,11 +30,11 @@ use crate::dynamics::step_map::workspace::HistoryWorkspace;
 use crate::dynamics::stepper::stretch_springs;
 use crate::dynamics::viscosity::EffectiveStrainFactors;
 use crate::energy::Derivatives;
-use crate::numerics::lanes::Lanes;
+use crate::numerics::directions::Directions;
 use crate::numerics::vector::map_components;
 use crate::rod::{
-    EffectiveStrains, FrameRate, InternalVariables, RodGeometry, Sensitive, Strained, Transposed,
-    strained,
+    EffectiveStrains, ForwardSensitivity, FrameRate, InternalVariables, RodGeometry, StressInputs,
+    Transposed, strained,
 };
 use num_dual::Dual64;
 
@@ -68,7 +68,7 @@ fn lists<'a, T>(s1: &'a [T], past: &'a InternalVariables<T>) -> [&'a [T]; 3] {
     [s1, &past.strain, &past.strain_rate]
 }
 
-impl<R: Sensitive> StepMap<'_, R> {
+impl<R: ForwardSensitivity> StepMap<'_, R> {
     /// The coefficients of the step at a scheme's `parameter`, with the derivatives along it if it has one.
     pub fn coefficients(&self, parameter: Dual64) -> StepCoefficients<Dual64> {
         // Coefficients in dual numbers only where the parameter of the scheme has a derivative.
@@ -181,19 +181,19 @@ impl<R: Sensitive> StepMap<'_, R> {
     pub fn set_end_stress<const G: usize>(
         &self,
         parameters: &ParameterRates<R, G>,
-        internal: &InternalVariables<Lanes<G>>,
+        internal: &InternalVariables<Directions<G>>,
         room: &mut HistoryWorkspace<G>,
     ) {
         // At fixed unknowns strains change with the rest lengths only.
         self.set_branches(&mut room.branches);
-        room.rest.resize(internal.strain.len(), Lanes::ZERO);
+        room.rest.resize(internal.strain.len(), Directions::ZERO);
         R::rest_strain_rates(&parameters.laws, self.step.end, &mut room.rest);
         // The springs slip with the strain itself, the stress follows from its multiple f1 s1.
         room.strain.clone_from(&room.rest);
         self.slide(parameters, internal, room);
         self.set_end_strains(parameters, internal, room);
         let HistoryWorkspace { slid, effective, slipping, stress, .. } = room;
-        stress.resize(internal.strain.len(), Lanes::ZERO);
+        stress.resize(internal.strain.len(), Directions::ZERO);
         // Springs of internal friction add g K z: the stretch counts as a strain with the factor
         // g.
         let strains = match &self.step.damping.friction {
@@ -248,7 +248,7 @@ impl<R: Sensitive> StepMap<'_, R> {
     fn subtract_end_strains<const G: usize>(
         &self,
         parameters: &ParameterRates<R, G>,
-        internal: &InternalVariables<Lanes<G>>,
+        internal: &InternalVariables<Directions<G>>,
         HistoryWorkspace { rest, strain, branches, effective, .. }: &mut HistoryWorkspace<G>,
     ) {
         let end = self.form(HistoryMoment::End, branches);
@@ -295,7 +295,7 @@ impl<R: Sensitive> StepMap<'_, R> {
     fn slide<const G: usize>(
         &self,
         parameters: &ParameterRates<R, G>,
-        internal: &InternalVariables<Lanes<G>>,
+        internal: &InternalVariables<Directions<G>>,
         room: &mut HistoryWorkspace<G>,
     ) {
         let (count, HistoryWorkspace { strain, z, slid, .. }) = (internal.slid.len(), room);
@@ -321,9 +321,9 @@ impl<R: Sensitive> StepMap<'_, R> {
     fn relax<const G: usize>(
         &self,
         parameters: &ParameterRates<R, G>,
-        internal: &mut InternalVariables<Lanes<G>>,
+        internal: &mut InternalVariables<Directions<G>>,
         branches: &[BranchRelaxation],
-        strain: &[Lanes<G>],
+        strain: &[Directions<G>],
     ) {
         let (before, now) = (&self.step.before.internal, &self.step.after.internal);
         let InternalVariables { relaxing, strain: start, .. } = internal;
@@ -350,7 +350,7 @@ impl<R: Sensitive> StepMap<'_, R> {
     fn set_end_strains<const G: usize>(
         &self,
         parameters: &ParameterRates<R, G>,
-        internal: &InternalVariables<Lanes<G>>,
+        internal: &InternalVariables<Directions<G>>,
         HistoryWorkspace { rest, branches, effective, .. }: &mut HistoryWorkspace<G>,
     ) {
         let form = self.form(HistoryMoment::End, branches);
@@ -358,7 +358,7 @@ impl<R: Sensitive> StepMap<'_, R> {
         self.set_effective(HistoryMoment::End, &form, branches, has_own_times, effective);
         let (count, EffectiveStrains { rates, own, own_rates, .. }) = (rest.len(), &mut *effective);
         let [f1, f0, fr] = form.all;
-        rates.resize(count, Lanes::ZERO);
+        rates.resize(count, Directions::ZERO);
         let (rates, rest) = (&mut rates[..count], &rest[..count]);
         let (strain, strain_rate) = (&internal.strain[..count], &internal.strain_rate[..count]);
         // By s1, s0 and r0, with the factors of the form; by the stretch of the Maxwell springs.
@@ -402,7 +402,7 @@ impl<R: Sensitive> StepMap<'_, R> {
                 (along.time, branch.by_time(moment)),
             ];
             for (along, slope) in slopes {
-                if along != Lanes::ZERO {
+                if along != Directions::ZERO {
                     self.add_by_branch(moment, along, slope, z0, effective);
                 }
             }
@@ -417,10 +417,10 @@ impl<R: Sensitive> StepMap<'_, R> {
         &self,
         moment: HistoryMoment,
         place: usize,
-        along: &Lanes<G>,
+        along: &Directions<G>,
         EffectiveStrains { rates, own_rates, .. }: &mut EffectiveStrains<G>,
     ) {
-        if *along == Lanes::ZERO {
+        if *along == Directions::ZERO {
             return;
         }
         let count = rates.len();
@@ -444,7 +444,7 @@ impl<R: Sensitive> StepMap<'_, R> {
     fn add_by_branch<const G: usize>(
         &self,
         moment: HistoryMoment,
-        along: Lanes<G>,
+        along: Directions<G>,
         [by_change, by_stretch]: [f64; 2],
         z0: &[f64],
         EffectiveStrains { rates, .. }: &mut EffectiveStrains<G>,
@@ -490,7 +490,7 @@ impl<R: Transposed> StepMap<'_, R> {
         strained(rod, self.step.end, &self.still, d, along);
         let EffectiveStrains { values, own, .. } = effective;
         let now = if has_history { &self.step.after.internal.strain } else { &*values };
-        let of_strains = Strained { strains: values, own, now, counted: has_history };
+        let of_strains = StressInputs { strains: values, own, now, counted: has_history };
         rod.add_to_laws(along, of_strains, &mut slopes.laws);
         let Some(form) = form else { return };
         // By the effective strain: K times that strain, and from it by s0, r0, z0 with the
@@ -574,7 +574,7 @@ impl<R: Transposed> StepMap<'_, R> {
         for ((branch, by), (relaxing, z0)) in numbers.zip(lists) {
             let (BranchRelaxation { left, taken, .. }, mut sums) = (branch, [0.0; 2]);
             // z1 = left z0 + taken (s1 - s0), transposed.
-            for (i, Lanes([z])) in relaxing.iter_mut().enumerate() {
+            for (i, Directions([z])) in relaxing.iter_mut().enumerate() {
                 by_strain[i] += taken.re * *z;
                 sums[0] += z0[i] * *z;
                 sums[1] += (now.strain[i] - before.strain[i]) * *z;
@@ -586,7 +586,7 @@ impl<R: Transposed> StepMap<'_, R> {
             let by_change = by_strain[i];
             // The rate (s1 - s0)/h depends on both strains, with opposite signs.
             let by_end = strain[i].0[0] + by_change;
-            (strain[i], strain_rate[i]) = (Lanes([-by_change]), Lanes::ZERO);
+            (strain[i], strain_rate[i]) = (Directions([-by_change]), Directions::ZERO);
             by_strain[i] = by_end;
             if let Some(rest) = slopes.laws.rest.get_mut(i) {
                 *rest -= (1.0 + now.strain[i]) * by_end;
@@ -616,8 +616,8 @@ pub fn add_by_strains<R: Transposed>(
     // Strains of edges are not weighed with the length as axial forces are.
     let mut lengths = vec![1.0; by_strain.len()];
     rod.scale_edges_by_rest_length(&mut lengths);
-    let stress: Vec<Lanes<1>> =
-        by_strain.iter().zip(lengths).map(|(by, length)| Lanes([by / length])).collect();
+    let stress: Vec<Directions<1>> =
+        by_strain.iter().zip(lengths).map(|(by, length)| Directions([by / length])).collect();
     let mut out = vec![[0.0]; q.len()];
     R::stressed_rate(None, &stress, geometry, q, base, Derivatives::Hand, &mut out);
     let out = out.into_flattened();

@@ -35,7 +35,7 @@ pub use workspace::StepWorkspace;
 
 use crate::dynamics::linearization::Linearization;
 use crate::dynamics::step_map::nodal::{NodalEquations, StepMotion};
-use crate::rod::{FrameRate, Rod, Sensitive};
+use crate::rod::{ForwardSensitivity, FrameRate, Rod};
 use num_dual::Dual64;
 use std::ops::Range;
 
@@ -53,7 +53,7 @@ pub struct StepMap<'a, R: Rod<f64>> {
     still: Vec<FrameRate<1>>,
 }
 
-impl<'a, R: Sensitive> StepMap<'a, R> {
+impl<'a, R: ForwardSensitivity> StepMap<'a, R> {
     /// The map of a `step` for forward use: its linearization, the factors of its equations, and their derivatives by
     /// the scheme's parameter. [`transposed`](Self::transposed) makes the map for the adjoint.
     pub fn new(step: &'a Linearization<'a, f64, R>) -> Self {

@@ -24,7 +24,7 @@
 //! act on, and its factors `d`.
 
 use crate::dynamics::coefficients::StepCoefficients;
-use crate::numerics::lanes::Lanes;
+use crate::numerics::directions::Directions;
 use crate::numerics::scalar::Scalar;
 use crate::numerics::vector::map_components;
 use num_dual::Dual64;
@@ -75,8 +75,8 @@ fn dot(factors: &[f64; 3], step_motion: &StepMotion) -> f64 {
 #[inline(always)]
 fn combined<const A: bool, const G: usize>(
     factors: &[f64; 3],
-    step_motion: &[Lanes<G>; 3],
-) -> Lanes<G> {
+    step_motion: &[Directions<G>; 3],
+) -> Directions<G> {
     let sum = step_motion[0] * factors[0] + step_motion[1] * factors[1];
     if A { sum + step_motion[2] * factors[2] } else { sum }
 }
@@ -114,8 +114,8 @@ impl NodalEquations {
     pub fn residual<const A: bool, const G: usize>(
         &self,
         m: f64,
-        [q0, v0, a0, n0, force]: [Lanes<G>; 5],
-    ) -> [Lanes<G>; 2] {
+        [q0, v0, a0, n0, force]: [Directions<G>; 5],
+    ) -> [Directions<G>; 2] {
         let StepFactors { end, start, inertia, damped: [dq, dv, da], .. } = self.value;
         let mut n = force;
         if self.damping != 0.0 {
@@ -150,8 +150,8 @@ impl NodalEquations {
     #[inline(always)]
     pub fn end<const A: bool, const G: usize>(
         &self,
-        [q0, v0, a0, q1]: [Lanes<G>; 4],
-    ) -> [Lanes<G>; 2] {
+        [q0, v0, a0, q1]: [Directions<G>; 4],
+    ) -> [Directions<G>; 2] {
         let step_motion = [q1 - q0, v0, a0];
         [
             combined::<A, G>(&self.value.velocity, &step_motion),
@@ -171,7 +171,7 @@ impl NodalEquations {
     /// The derivative `n1` of the force at the end of an unknown with mass `m`: `n + (r - m q1)/end`, from
     /// `[n, r, q1]`.
     #[inline(always)]
-    pub fn force<const G: usize>(&self, m: f64, [n, r, q1]: [Lanes<G>; 3]) -> Lanes<G> {
+    pub fn force<const G: usize>(&self, m: f64, [n, r, q1]: [Directions<G>; 3]) -> Directions<G> {
         // The equation of the step, solved for the force: no further evaluation of forces.
         n + (r - q1 * m) * self.by_end
     }
@@ -210,9 +210,9 @@ impl NodalEquations {
         &self,
         m: f64,
         step_motion: &StepMotion,
-        [mass, damping]: [Lanes<G>; 2],
-        [n, r]: [Lanes<G>; 2],
-    ) -> [Lanes<G>; 2] {
+        [mass, damping]: [Directions<G>; 2],
+        [n, r]: [Directions<G>; 2],
+    ) -> [Directions<G>; 2] {
         let [velocity, inertial, _] = self.motion(m, step_motion, 0.0);
         let rate = (damping * m + mass * self.damping) * velocity;
         [n + rate, r - mass * inertial - rate * self.value.end]
@@ -227,9 +227,9 @@ impl NodalEquations {
         m: f64,
         step_motion: &StepMotion,
         forces: [f64; 2],
-        scheme: Lanes<G>,
-        [n, r]: [Lanes<G>; 2],
-    ) -> [Lanes<G>; 2] {
+        scheme: Directions<G>,
+        [n, r]: [Directions<G>; 2],
+    ) -> [Directions<G>; 2] {
         let [.., n1] = self.motion(m, step_motion, forces[0]);
         let [residual, damped] = self.by_scheme(m, step_motion, [n1, forces[1]]);
         // The parameter changes the velocity that mass damping acts on, in the force and in the

@@ -6,7 +6,7 @@
 //! is the derivative of a misfit along one parameter through them. [`along`] returns Kelvin-Voigt times and scheme as
 //! dual numbers, with derivative 1 of one of them. Internal friction is no part.
 
-use crate::numerics::lanes::Lanes;
+use crate::numerics::directions::Directions;
 use crate::numerics::vector::components;
 use crate::scene::{Damping, Maxwell, MaxwellBranches};
 use num_dual::Dual64;
@@ -40,7 +40,7 @@ impl StepNumbers<f64> {
 
     /// The derivative of a misfit along one parameter through these numbers. It is the sum over all numbers of the
     /// derivative of the misfit (`self`) times the derivative of the number by the parameter (`along`).
-    pub fn product(&self, along: &StepNumbers<Lanes<1>>) -> f64 {
+    pub fn product(&self, along: &StepNumbers<Directions<1>>) -> f64 {
         let mut sum = self.mass * along.mass.0[0];
         for (by, rate) in self.times.iter().zip(&along.times) {
             sum += by * rate.0[0];
@@ -53,12 +53,13 @@ impl StepNumbers<f64> {
     }
 }
 
-impl<const G: usize> StepNumbers<Lanes<G>> {
+impl<const G: usize> StepNumbers<Directions<G>> {
     /// The derivatives that `damping` and the schemes' `parameters` contain, one lane each. All have equally many
     /// Maxwell branches.
     pub fn new(damping: [&Damping<Dual64>; G], parameters: [Dual64; G]) -> Self {
-        let lanes =
-            |of: &dyn Fn(&Damping<Dual64>) -> Dual64| Lanes(components(|g| of(damping[g]).eps));
+        let lanes = |of: &dyn Fn(&Damping<Dual64>) -> Dual64| {
+            Directions(components(|g| of(damping[g]).eps))
+        };
         let branches = damping.iter().map(|damping| damping.maxwell.as_slice().len()).min();
         let branch = |k: usize| Maxwell {
             stiffness: lanes(&|damping| damping.maxwell.as_slice()[k].stiffness),
@@ -73,7 +74,7 @@ impl<const G: usize> StepNumbers<Lanes<G>> {
                 lanes(&|damping| damping.twisting),
             ],
             branches: (0..branches.unwrap_or(0)).map(branch).collect(),
-            scheme: Lanes(components(|g| parameters[g].eps)),
+            scheme: Directions(components(|g| parameters[g].eps)),
         }
     }
 }

@@ -13,12 +13,12 @@
 use crate::dynamics::simulation::Simulation;
 use crate::dynamics::step_map::numbers::StepNumbers;
 use crate::dynamics::step_map::timed_loads::TimedLoadRates;
-use crate::numerics::lanes::{Lanes, all};
+use crate::numerics::directions::{Directions, all};
 use crate::numerics::vector::map_components;
 use crate::problem::boundary::BoundaryMotion;
 use crate::rod::{
-    ChangedRods, DragSlopes, FrameRate, InternalVariables, LawDerivatives, NodalDrag, Rod,
-    Sensitive, Transposed, frame_rates, zero_frame_rates,
+    ChangedRods, DragSlopes, ForwardSensitivity, FrameRate, InternalVariables, LawDerivatives,
+    NodalDrag, Rod, Transposed, frame_rates, zero_frame_rates,
 };
 use num_dual::Dual64;
 
@@ -39,7 +39,7 @@ pub struct StateRates<const G: usize> {
     /// Of the reference frames.
     pub frames: Vec<FrameRate<G>>,
     /// Of the internal variables; empty where no stress depends on the past.
-    pub internal: InternalVariables<Lanes<G>>,
+    pub internal: InternalVariables<Directions<G>>,
 }
 
 /// The derivatives in `G` lists of dual numbers, one SIMD lane per list; as long as the shortest list.
@@ -49,14 +49,14 @@ fn lanes<const G: usize>(lists: [&[Dual64]; G]) -> Vec<[f64; G]> {
 }
 
 /// The derivatives in `G` lists of internal variables, one SIMD lane per list.
-fn internal_lanes<const G: usize>(lists: [&[Dual64]; G]) -> Vec<Lanes<G>> {
-    lanes(lists).into_iter().map(Lanes).collect()
+fn internal_lanes<const G: usize>(lists: [&[Dual64]; G]) -> Vec<Directions<G>> {
+    lanes(lists).into_iter().map(Directions).collect()
 }
 
 impl<const G: usize> StateRates<G> {
     /// The derivatives that the present states of `simulations` contain, one lane per simulation: unknowns, velocities,
     /// accelerations, forces, frames and internal variables. Lists are empty where those of a simulation are.
-    pub fn new<R: Sensitive>(simulations: [&DualSimulation<R>; G]) -> Self {
+    pub fn new<R: ForwardSensitivity>(simulations: [&DualSimulation<R>; G]) -> Self {
         let states = simulations.map(|simulation| simulation.state());
         let internal = states.map(|state| &state.internal);
         Self {
@@ -81,7 +81,7 @@ impl StateRates<1> {
     pub fn zeros<R: Rod<f64>>(simulation: &Simulation<f64, R>, frames: usize) -> Self {
         let state = simulation.state();
         let (unknowns, strains) = (vec![[0.0]; state.q.len()], state.internal.strain.len());
-        let zeros = |count: usize| vec![Lanes::ZERO; count];
+        let zeros = |count: usize| vec![Directions::ZERO; count];
         Self {
             q: unknowns.clone(),
             v: unknowns.clone(),
@@ -102,7 +102,7 @@ impl StateRates<1> {
     /// are left out.
     pub fn product(&self, along: &Self) -> f64 {
         let unknowns = |a: &[[f64; 1]], b: &[[f64; 1]]| dot(a.as_flattened(), b.as_flattened());
-        let strains = |a: &[Lanes<1>], b: &[Lanes<1>]| -> f64 {
+        let strains = |a: &[Directions<1>], b: &[Directions<1>]| -> f64 {
             a.iter().zip(b).map(|(a, b)| a.0[0] * b.0[0]).sum()
         };
         // Stretches of friction springs are left out: scenes with internal friction have no
@@ -139,7 +139,7 @@ pub struct LaneDrag {
 
 /// The derivatives of the numbers of a simulation along `G` parameters.
 #[derive(Clone)]
-pub struct ParameterRates<R: Sensitive, const G: usize> {
+pub struct ParameterRates<R: ForwardSensitivity, const G: usize> {
     /// The rods with one derivative each.
     pub rods: [R::Dual; G],
     /// Of laws and loads.
@@ -147,9 +147,9 @@ pub struct ParameterRates<R: Sensitive, const G: usize> {
     /// Of the masses; none where none changes.
     pub mass: Option<Vec<[f64; G]>>,
     /// Of the numbers of damping and the scheme.
-    pub numbers: StepNumbers<Lanes<G>>,
+    pub numbers: StepNumbers<Directions<G>>,
     /// Of the stiffness of springs of internal friction.
-    pub friction: Lanes<G>,
+    pub friction: Directions<G>,
     /// Whether kinds of strain have damping times of their own.
     pub has_own_times: bool,
     /// The drag of the lanes that have some.
@@ -160,7 +160,7 @@ pub struct ParameterRates<R: Sensitive, const G: usize> {
     pub timed_loads: Vec<TimedLoadRates>,
 }
 
-impl<R: Sensitive, const G: usize> ParameterRates<R, G> {
+impl<R: ForwardSensitivity, const G: usize> ParameterRates<R, G> {
     /// The derivatives that the numbers of `simulations` contain, one lane each. Masses are absent if none has a
     /// derivative, and drag has the lanes with a fluid. Supports are present if an end is clamped or pinned and a
     /// support moves. `None` for explicit and Rosenbrock schemes.
@@ -189,7 +189,7 @@ impl<R: Sensitive, const G: usize> ParameterRates<R, G> {
             laws,
             mass: mass.iter().any(|mass| *mass != [0.0; G]).then_some(mass),
             numbers: StepNumbers::new(damping, parameters),
-            friction: Lanes(friction),
+            friction: Directions(friction),
             has_own_times: times.into_iter().any(|time| time.re != 0.0 || time.eps != 0.0),
             drag: drags
                 .filter_map(|(lane, drag)| Some(LaneDrag { lane, drag: drag?.clone() }))

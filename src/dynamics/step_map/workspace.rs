@@ -8,7 +8,7 @@
 //! transposed map uses them for derivatives of a misfit.
 
 use crate::dynamics::step_map::branch_relaxation::BranchRelaxation;
-use crate::numerics::lanes::Lanes;
+use crate::numerics::directions::Directions;
 use crate::numerics::vector::Vector;
 use crate::rod::{DualFrames, EffectiveStrains, NodalDrag, Rod};
 use num_dual::Dual64;
@@ -17,13 +17,13 @@ use num_dual::Dual64;
 #[derive(Clone, Default)]
 pub struct HistoryWorkspace<const G: usize> {
     /// Derivatives of the strains at the end of the step at fixed unknowns, by rest lengths.
-    pub rest: Vec<Lanes<G>>,
+    pub rest: Vec<Directions<G>>,
     /// Derivatives of the strains at the end of the step in all.
-    pub strain: Vec<Lanes<G>>,
+    pub strain: Vec<Directions<G>>,
     /// Stretches of springs of internal friction without slip.
     pub z: Vec<f64>,
     /// Derivatives of those stretches with slip.
-    pub slid: Vec<Lanes<G>>,
+    pub slid: Vec<Directions<G>>,
     /// Relaxation of the Maxwell branches over the step.
     pub branches: Vec<BranchRelaxation>,
     /// Effective strains with their derivatives.
@@ -31,7 +31,7 @@ pub struct HistoryWorkspace<const G: usize> {
     /// The effective strains with those of internal friction.
     pub slipping: EffectiveStrains<G>,
     /// Derivatives of the stresses.
-    pub stress: Vec<Lanes<G>>,
+    pub stress: Vec<Directions<G>>,
     /// Transposed map: strains along the direction `d` of the derivatives by the forces.
     pub along: Vec<f64>,
     /// Transposed map: derivatives of the misfit by the effective strains.

@@ -71,13 +71,13 @@ use crate::dynamics::step::{Step, StepperSettings, System, Work};
 use crate::dynamics::stepper::rosenbrock::Rosenbrock;
 use crate::dynamics::stepper::splitting::Splitting;
 use crate::error::Error;
-use crate::numerics::scalar::{Nestable, is_finite};
+use crate::numerics::scalar::{RodScalar, is_finite};
 use crate::rod::{Rod, State};
 use crate::scene::Scheme;
 
 /// The stepper of a scheme, with its work arrays.
 #[derive(Clone, Debug)]
-pub(crate) enum Stepper<D: Nestable, R: Rod<D>> {
+pub(crate) enum Stepper<D: RodScalar, R: Rod<D>> {
     /// Solves the equations of an implicit step by Newton's method.
     Newton(Box<Newton<D, R>>),
     /// Explicit: Verlet or PEFRL.
@@ -86,7 +86,7 @@ pub(crate) enum Stepper<D: Nestable, R: Rod<D>> {
     Rosenbrock(Box<Rosenbrock<D, R>>),
 }
 
-impl<D: Nestable, R: Rod<D>> Stepper<D, R> {
+impl<D: RodScalar, R: Rod<D>> Stepper<D, R> {
     /// The stepper of the scheme in `settings` for a rod that starts in `state`: Verlet and PEFRL, rodas4, or
     /// Newton's method for all others. The Newton solver initializes the internal variables of `state`.
     pub fn new(

@@ -136,7 +136,7 @@ impl<D: Scalar, R: Rod<D>> Rosenbrock<D, R> {
         self.move_to(PLACE[STAGES], state);
         state.q.copy_from_slice(&self.q);
         state.v.copy_from_slice(&self.v);
-        R::rebase(&mut state.frames, &state.q);
+        R::update_reference_frames(&mut state.frames, &state.q);
         Ok(())
     }
 

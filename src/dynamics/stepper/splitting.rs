@@ -94,7 +94,7 @@ impl<D: Scalar> Splitting<D> {
             }
             // Without a kick no forces are needed: only the frames move.
             if *kick == 0.0 {
-                R::rebase(frames, q);
+                R::update_reference_frames(frames, q);
             } else {
                 step.system.rod.moved_gradient(q, frames, step.system.derivatives, unbalanced);
                 work.gradients += 1;

@@ -2,7 +2,7 @@
 //! mesh.
 
 use super::*;
-use crate::energy::by_unknowns::{self, Function};
+use crate::energy::autodiff::{self, ScalarFunction};
 use crate::energy::overlap::ContactPart;
 use crate::numerics::vector::{components, cross, dot, sub};
 use crate::scene::contact::{Obstacle, ObstacleKind};
@@ -14,7 +14,7 @@ const STIFFNESS: f64 = 3e9;
 /// The energy of a contact as a function of the coordinates of the nodes.
 struct EnergyOfNodes<'a, B>(&'a EdgeContact<'a, B>);
 
-impl<B: Scalar> Function<B> for EnergyOfNodes<'_, B> {
+impl<B: Scalar> ScalarFunction<B> for EnergyOfNodes<'_, B> {
     fn at<D: Scalar>(&self, over: impl Fn(B) -> D + Copy, q: &[D]) -> D {
         let obstacle = self.0.edge.obstacle.map(over);
         let part = self.0.edge.part.map(over);
@@ -106,7 +106,7 @@ fn compare<const A: usize, const Q: usize>(obstacle: &Obstacle<f64>, q: &[f64; Q
     let kind = obstacle.kind;
     let contact = EdgeContact { edge: EdgePart { obstacle, part: &part }, stiffness: STIFFNESS };
     let (gradient, hessian) = by_hand::<f64, A, Q>(&contact, q);
-    let (dual_gradient, dual_hessian) = by_unknowns::hessian(&EnergyOfNodes(&contact), q);
+    let (dual_gradient, dual_hessian) = autodiff::hessian(&EnergyOfNodes(&contact), q);
     let size = dual_hessian.iter().flatten().fold(0.0_f64, |most, x| most.max(x.abs()));
     for r in 0..Q {
         let off = (gradient[r] - dual_gradient[r]).abs();
@@ -135,7 +135,7 @@ fn compare<const A: usize, const Q: usize>(obstacle: &Obstacle<f64>, q: &[f64; Q
     let contact = EdgeContact { edge, stiffness: seeded(STIFFNESS) };
     let q = components(|i| seeded(q[i]));
     let (gradient, hessian) = by_hand::<Dual64, A, Q>(&contact, &q);
-    let (dual_gradient, dual_hessian) = by_unknowns::hessian(&EnergyOfNodes(&contact), &q);
+    let (dual_gradient, dual_hessian) = autodiff::hessian(&EnergyOfNodes(&contact), &q);
     let slopes = |rows: &[[Dual64; Q]; Q]| {
         rows.iter().flatten().fold(0.0_f64, |most, x| most.max(x.eps.abs()))
     };

@@ -22,7 +22,7 @@ pub(crate) mod stiffness;
 pub use hyperelastic::NonlinearPart;
 pub use nonlinear_bending::NonlinearBending;
 pub use rate::{LawRate, LawSlopes};
-pub use slip::{Sliders, Spring, Springs};
+pub use slip::{ActiveSlipElements, SlipElements, Spring};
 pub use stiffness::{Stiffness, StiffnessEntry, Symmetric};
 
 use crate::numerics::scalar::Scalar;
@@ -122,7 +122,7 @@ mod tests {
     use super::*;
     use crate::energy::PlanarBend;
     use crate::energy::bend_twist::JointLaw;
-    use crate::numerics::lanes::Lanes;
+    use crate::numerics::directions::Directions;
 
     const STIFFNESS: Stiffness<f64> =
         Stiffness { bend: [2.0, 0.1, 1.4], twist: 0.8, coupling: [0.05, -0.1] };
@@ -155,8 +155,8 @@ mod tests {
     fn slopes_are_the_transpose_of_rates() {
         let ([w1, w2, w3], s) = ([0.7, -1.1, 0.4], [0.3, 0.8, -0.5]);
         let rate = LawRate {
-            stiffness: Stiffness::from_entries(|k| Lanes([1.0 / (1.0 + k as f64)])),
-            offset: [Lanes([0.2]), Lanes([-0.6]), Lanes([0.9])],
+            stiffness: Stiffness::from_entries(|k| Directions([1.0 / (1.0 + k as f64)])),
+            offset: [Directions([0.2]), Directions([-0.6]), Directions([0.9])],
         };
         let [a, b, c] = rate.stress(&s);
         let exact = a * w1 + b * w2 + c * w3;

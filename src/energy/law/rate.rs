@@ -8,7 +8,7 @@
 //! only a field of [`LawSlopes`], which others fill.
 
 use crate::energy::law::{Law, Symmetric};
-use crate::numerics::lanes::Lanes;
+use crate::numerics::directions::Directions;
 use crate::numerics::vector::components;
 use num_dual::Dual64;
 
@@ -18,31 +18,31 @@ pub struct LawRate<K, const S: usize, const G: usize> {
     /// Of the stiffness.
     pub stiffness: K,
     /// Of the stress without strain.
-    pub offset: [Lanes<G>; S],
+    pub offset: [Directions<G>; S],
 }
 
-impl<K: Symmetric<Lanes<G>, S>, const S: usize, const G: usize> LawRate<K, S, G> {
+impl<K: Symmetric<Directions<G>, S>, const S: usize, const G: usize> LawRate<K, S, G> {
     /// The derivatives of `K` and of `-K s_natural` that dual laws contain, one lane for each parameter.
     pub fn from_duals<L: Law<Dual64, S>>(duals: [&L; G]) -> Self {
         let offsets = duals.map(|law| law.stiffness().times(&law.natural()));
         Self {
             stiffness: K::from_entries(|k| {
-                Lanes(components(|g| duals[g].stiffness().entry(k).eps))
+                Directions(components(|g| duals[g].stiffness().entry(k).eps))
             }),
-            offset: components(|c| Lanes(components(|g| -offsets[g][c].eps))),
+            offset: components(|c| Directions(components(|g| -offsets[g][c].eps))),
         }
     }
 
     /// Whether all derivatives, of stiffness and of stress without strain, are zero.
     pub fn is_zero(&self) -> bool {
-        (0..K::PLACES.len()).all(|k| self.stiffness.entry(k) == Lanes::ZERO)
-            && self.offset == [Lanes::ZERO; S]
+        (0..K::PLACES.len()).all(|k| self.stiffness.entry(k) == Directions::ZERO)
+            && self.offset == [Directions::ZERO; S]
     }
 
     /// The derivatives of the stresses at fixed strains `s`: `dK s + dw`.
     #[inline(always)]
-    pub fn stress(&self, strains: &[f64; S]) -> [Lanes<G>; S] {
-        let mut stress: [Lanes<G>; S] = self.stiffness.times(strains);
+    pub fn stress(&self, strains: &[f64; S]) -> [Directions<G>; S] {
+        let mut stress: [Directions<G>; S] = self.stiffness.times(strains);
         for c in 0..S {
             stress[c] += self.offset[c];
         }
@@ -51,8 +51,8 @@ impl<K: Symmetric<Lanes<G>, S>, const S: usize, const G: usize> LawRate<K, S, G>
 
     /// The derivatives along the parameters of a number that has these `slopes` by the law: sum of rates times slopes
     /// over the entries of the stiffness and the stresses without strain. The modulus is left out.
-    pub fn along(&self, slopes: &LawSlopes) -> Lanes<G> {
-        let mut sum = Lanes::ZERO;
+    pub fn along(&self, slopes: &LawSlopes) -> Directions<G> {
+        let mut sum = Directions::ZERO;
         for k in 0..K::PLACES.len() {
             sum += self.stiffness.entry(k) * slopes.stiffness[k];
         }

@@ -14,14 +14,14 @@
 //! which is the derivative of the step itself: Newton's method returns to the limit in every iteration.
 //! `R` is a curvature, 1/m, times the joint's length.
 //!
-//! Input: the joint's stiffness `K` (N m), and the stretch `z` of its springs without slip. Output of [`Sliders`]: the
+//! Input: the joint's stiffness `K` (N m), and the stretch `z` of its springs without slip. Output of [`SlipElements`]: the
 //! stretch `z` with slip (`stretch_with_slip`), stiffness and stress of the springs (`response`, N m), and the absolute
 //! distance of `|z|` from `R` (`distance_to_slipping`). `energy` is that of springs at a stretch with slip, J. With one
 //! strain, `|z|` is the absolute value, and a slipping spring has no stiffness. [`SliderRates`] has the derivatives of
 //! `R`, taken from dual sliders; its `slip_rate` returns those of the stretch with slip along parameters.
 
 use crate::energy::law::Symmetric;
-use crate::numerics::lanes::{Lanes, dot as lanes_dot};
+use crate::numerics::directions::{Directions, dot as lanes_dot};
 use crate::numerics::scalar::Scalar;
 use crate::numerics::vector::components;
 use num_dual::Dual64;
@@ -29,7 +29,7 @@ use std::sync::Arc;
 
 /// The sliders of a rod.
 #[derive(Clone, Debug)]
-pub struct Sliders<D> {
+pub struct SlipElements<D> {
     /// Stiffness of the springs, as a fraction of the joints' own.
     pub stiffness: D,
     /// Sizes `R` of the stretch at which springs slip, one for each joint.
@@ -38,9 +38,9 @@ pub struct Sliders<D> {
 
 /// The sliders of a rod, and its springs during a step.
 #[derive(Clone, Debug)]
-pub struct Springs<D, K, const S: usize> {
+pub struct ActiveSlipElements<D, K, const S: usize> {
     /// The sliders.
-    pub sliders: Arc<Sliders<D>>,
+    pub sliders: Arc<SlipElements<D>>,
     /// The springs of all joints; empty for a rod without the stress of its springs.
     pub acting: Vec<Spring<D, K, S>>,
 }
@@ -54,9 +54,9 @@ pub struct Spring<D, K, const S: usize> {
     pub offset: [D; S],
 }
 
-impl<D, K, const S: usize> From<Sliders<D>> for Springs<D, K, S> {
+impl<D, K, const S: usize> From<SlipElements<D>> for ActiveSlipElements<D, K, S> {
     /// The springs of a rod with these sliders; the list of acting springs is empty.
-    fn from(sliders: Sliders<D>) -> Self {
+    fn from(sliders: SlipElements<D>) -> Self {
         Self { sliders: Arc::new(sliders), acting: Vec::new() }
     }
 }
@@ -97,7 +97,7 @@ fn product<D: Scalar, const S: usize>(a: &[D; S], b: &[D; S]) -> D {
     sum
 }
 
-impl<D: Scalar> Sliders<D> {
+impl<D: Scalar> SlipElements<D> {
     /// The stretch of the springs of joint `i` after slip: `z` up to the limit `R`, else `z R/|z|`. `z` is the stretch
     /// without slip, `elastic` the joint's own stiffness.
     pub fn stretch_with_slip<K: Symmetric<D, S>, const S: usize>(
@@ -158,28 +158,28 @@ impl<D: Scalar> Sliders<D> {
 
 /// Derivatives of the limits of sliders along `G` parameters.
 #[derive(Clone, Debug)]
-pub struct SliderRates<const G: usize>(Vec<Lanes<G>>);
+pub struct SliderRates<const G: usize>(Vec<Directions<G>>);
 
 impl<const G: usize> SliderRates<G> {
     /// The derivatives of the limits that dual sliders contain, one entry per joint and one lane for each parameter.
-    pub fn from_duals(duals: [&Sliders<Dual64>; G]) -> Self {
+    pub fn from_duals(duals: [&SlipElements<Dual64>; G]) -> Self {
         let count = duals.iter().map(|sliders| sliders.limits.len()).min().unwrap_or(0);
-        Self((0..count).map(|i| Lanes(duals.map(|sliders| sliders.limits[i].eps))).collect())
+        Self((0..count).map(|i| Directions(duals.map(|sliders| sliders.limits[i].eps))).collect())
     }
 
-    /// The derivatives of [`stretch_with_slip`](Sliders::stretch_with_slip) of joint `i` at the stretch `z` without
+    /// The derivatives of [`stretch_with_slip`](SlipElements::stretch_with_slip) of joint `i` at the stretch `z` without
     /// slip. `z` has the derivatives `rate`, which are returned for a spring that sticks. Else they are those of `z
     /// R/|z|`, by `z`, by the limit `R`, and by the elastic stiffness with the derivatives `stiffer`; with one strain
     /// those of `R` times the sign of `z`.
-    pub fn slip_rate<K: Symmetric<f64, S>, R: Symmetric<Lanes<G>, S>, const S: usize>(
+    pub fn slip_rate<K: Symmetric<f64, S>, R: Symmetric<Directions<G>, S>, const S: usize>(
         &self,
-        sliders: &Sliders<f64>,
+        sliders: &SlipElements<f64>,
         i: usize,
         elastic: &K,
         stiffer: &R,
         z: [f64; S],
-        rate: [Lanes<G>; S],
-    ) -> [Lanes<G>; S] {
+        rate: [Directions<G>; S],
+    ) -> [Directions<G>; S] {
         let Stretched { pull, size, factor } = Stretched::new(elastic, &z, sliders.limits[i]);
         let Some(factor) = factor else { return rate };
         if S == 1 {
@@ -187,7 +187,7 @@ impl<const G: usize> SliderRates<G> {
             return components(|c| self.0[i] * z[c].signum());
         }
         // z.K' z, from the entries on the diagonal and those above it.
-        let (mut diagonal, mut above) = (Lanes::ZERO, Lanes::ZERO);
+        let (mut diagonal, mut above) = (Directions::ZERO, Directions::ZERO);
         for (k, [r, c]) in R::PLACES.iter().copied().enumerate() {
             let entry = stiffer.entry(k) * (z[r] * z[c]);
             if r == c { diagonal += entry } else { above += entry }
@@ -212,8 +212,8 @@ mod tests {
         Stiffness { bend: [2.0, 0.1, 1.4], twist: 0.8, coupling: [0.05, -0.1] }
     }
 
-    fn sliders() -> Sliders<f64> {
-        Sliders { stiffness: 1.7, limits: vec![0.02] }
+    fn sliders() -> SlipElements<f64> {
+        SlipElements { stiffness: 1.7, limits: vec![0.02] }
     }
 
     /// The stress is `g K z` at the stretch with slip, and the stiffness is its derivative, sticking and slipping.
@@ -226,7 +226,7 @@ mod tests {
             for k in 0..3 {
                 let along = |c: usize| if c == k { 1.0 } else { 0.0 };
                 let z: Vector<Dual64> = components(|c| Dual64::new(z[c], along(c)));
-                let sliders = Sliders { stiffness: dual(1.7), limits: vec![dual(0.02)] };
+                let sliders = SlipElements { stiffness: dual(1.7), limits: vec![dual(0.02)] };
                 let slid = sliders.stretch_with_slip(0, &elastic.map(dual), z);
                 let exact: Vector<Dual64> = elastic.map(dual).times(&slid);
                 let slope: Vector<f64> = stiffness.times(&components(along));
@@ -248,24 +248,25 @@ mod tests {
             coupling: [Dual64::new(0.05, 0.6), Dual64::new(-0.1, 0.2)],
         };
         let limits = vec![Dual64::new(0.02, 0.9)];
-        let sliders = Sliders { stiffness: Dual64::new(1.7, 0.5), limits };
-        let plain = Sliders { stiffness: 1.7, limits: vec![0.02] };
+        let sliders = SlipElements { stiffness: Dual64::new(1.7, 0.5), limits };
+        let plain = SlipElements { stiffness: 1.7, limits: vec![0.02] };
         let rates = SliderRates::from_duals([&sliders, &sliders]);
-        let stiffer = Stiffness::from_entries(|k| Lanes([elastic.entry(k).eps; 2]));
+        let stiffer = Stiffness::from_entries(|k| Directions([elastic.entry(k).eps; 2]));
         for z in [[0.004, -0.006, 0.003], [0.03, 0.02, -0.05]] {
             let rate = [0.2, -0.7, 0.4];
             let dual: Vector<Dual64> = components(|c| Dual64::new(z[c], rate[c]));
             let exact = sliders.stretch_with_slip(0, &elastic, dual).map(|z| z.eps);
             let real = elastic.map(|k| k.re);
-            let found = rates.slip_rate(&plain, 0, &real, &stiffer, z, rate.map(|r| Lanes([r; 2])));
+            let found =
+                rates.slip_rate(&plain, 0, &real, &stiffer, z, rate.map(|r| Directions([r; 2])));
             for c in 0..3 {
                 assert!((found[c].0[1] - exact[c]).abs() < 1e-14, "{found:?} {exact:?}");
             }
             // A planar joint.
             let [x, dx] = [z[0], rate[0]];
             let [exact] = sliders.stretch_with_slip(0, &[elastic.bend[0]], [Dual64::new(x, dx)]);
-            let stiffer = [Lanes([0.3; 2])];
-            let [found] = rates.slip_rate(&plain, 0, &[2.0], &stiffer, [x], [Lanes([dx; 2])]);
+            let stiffer = [Directions([0.3; 2])];
+            let [found] = rates.slip_rate(&plain, 0, &[2.0], &stiffer, [x], [Directions([dx; 2])]);
             let close = |found: &f64| (found - exact.eps).abs() < 1e-14;
             assert!(found.0.iter().all(close), "{found:?} {exact}");
         }

@@ -1,20 +1,22 @@
 //! A tendon as an element of a rod: energy, hand-derived gradient and Hessian by the unknowns.
 //!
-//! Input: the unknowns of an element of a rod in a plane or in space (m, rad), and its [`Site`] with the numbers of a
+//! Input: the unknowns of an element of a rod in a plane or in space (m, rad), and its [`ElementContext`] with the numbers of a
 //! [`RoutePart`] and the tension, N, over any scalar of rods. Output of [`TendonElement`]: energy, J, gradient, N (N m
 //! for angles), and the lower triangle of the Hessian. Over three nodes the derivatives follow from `planar` or
 //! `spatial`, over two nodes from the axial force in the edge. The energy, and on request all derivatives in dual
 //! numbers, are those of the definition ([`Tendon`]).
 
 use crate::energy::Derivatives;
-use crate::energy::adapter::{Adapter, AnyEnergy, Chart, MOST, Over, OwnLocal, Site};
+use crate::energy::adapter::{
+    Adapter, AnyEnergy, Chart, ElementContext, EnergyOver, MOST, OwnLocal,
+};
 use crate::energy::own::OwnEnergy;
 use crate::energy::stretch::{along, axial_hessian, squared};
 use crate::energy::tendon::planar::PlanarTendon;
 use crate::energy::tendon::route_length::RouteLength;
 use crate::energy::tendon::spatial::SpatialTendon;
 use crate::energy::tendon::{RoutePart, Tendon};
-use crate::numerics::scalar::{Nestable, Scalar};
+use crate::numerics::scalar::{RodScalar, Scalar};
 use crate::numerics::vector::components;
 use crate::scene::number::Quantity;
 
@@ -30,7 +32,7 @@ impl<const N: usize> Default for TendonElement<N> {
 
 /// The part of the route at a place, and the tension there, N, times the weight of the place.
 #[inline]
-fn part_and_tension<D: Scalar>(site: &Site<D>) -> (RoutePart<D>, D) {
+fn part_and_tension<D: Scalar>(site: &ElementContext<D>) -> (RoutePart<D>, D) {
     let tension = site.weight.map_or(site.values[0], |weight| site.values[0] * weight);
     (RoutePart::from_numbers(|i| site.place[i]), tension)
 }
@@ -52,7 +54,7 @@ struct TendonEdge<D, const M: usize> {
 
 impl<D: Scalar, const M: usize> TendonEdge<D, M> {
     /// The edge with the unknowns `q` of both nodes, at a place of a tendon.
-    fn new(site: &Site<D>, q: &[D]) -> Self {
+    fn new(site: &ElementContext<D>, q: &[D]) -> Self {
         let (stride, (part, tension)) = (site.chart.stride(), part_and_tension(site));
         let edge = components(|c| q[stride + c] - q[c]);
         let (length, zero) = (squared(&edge).sqrt(), D::from(0.0));
@@ -87,18 +89,24 @@ impl<D: Scalar, const M: usize> TendonEdge<D, M> {
     }
 }
 
-impl<D: Nestable, const N: usize> Over<D> for TendonElement<N>
+impl<D: RodScalar, const N: usize> EnergyOver<D> for TendonElement<N>
 where
     Tendon<N>: OwnEnergy<N, 1>,
 {
     /// The energy, J, at the unknowns `q` of the element at `site`, times its weight.
-    fn energy(&self, site: &Site<D>, q: &[D]) -> D {
+    fn energy(&self, site: &ElementContext<D>, q: &[D]) -> D {
         self.0.energy(site, q)
     }
 
     /// Writes the derivatives by the unknowns `q`, N (N m for angles), times the weight of the site, to the first
     /// `q.len()` entries of `to`: by hand, or in dual numbers on request.
-    fn gradient(&self, site: &Site<D>, q: &[D], derivatives: Derivatives, to: &mut [D; MOST]) {
+    fn gradient(
+        &self,
+        site: &ElementContext<D>,
+        q: &[D],
+        derivatives: Derivatives,
+        to: &mut [D; MOST],
+    ) {
         if derivatives == Derivatives::Dual {
             return self.0.gradient(site, q, derivatives, to);
         }
@@ -119,7 +127,13 @@ where
 
     /// Writes first derivatives and the lower triangle of the second ones by `q`, times the weight of the site, to the
     /// first entries of `to`: by hand, or in dual numbers on request.
-    fn tangent(&self, site: &Site<D>, q: &[D], derivatives: Derivatives, to: &mut OwnLocal<D>) {
+    fn tangent(
+        &self,
+        site: &ElementContext<D>,
+        q: &[D],
+        derivatives: Derivatives,
+        to: &mut OwnLocal<D>,
+    ) {
         if derivatives == Derivatives::Dual {
             return self.0.tangent(site, q, derivatives, to);
         }
@@ -178,7 +192,7 @@ where
     }
 
     /// Sums of the absolute terms in each entry of the gradient and Hessian by `q`, those of the definition.
-    fn terms(&self, site: &Site<f64>, q: &[f64]) -> OwnLocal<f64> {
+    fn terms(&self, site: &ElementContext<f64>, q: &[f64]) -> OwnLocal<f64> {
         self.0.terms(site, q)
     }
 }

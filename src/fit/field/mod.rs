@@ -12,8 +12,8 @@
 //!
 //! where the means are the values of the scene for lists, and those of the priors for single parameters. It is
 //! minimized by the Levenberg-Marquardt method without a Jacobian. Only products with the Jacobian are needed, each at
-//! the cost of less than a run: with a vector by [forward derivatives](crate::dynamics::Reversible::along), transposed
-//! by the [adjoint](crate::dynamics::Reversible::gradient). [Lanczos's method](crate::numerics::lanczos) finds with
+//! the cost of less than a run: with a vector by [forward derivatives](crate::dynamics::AdjointRun::along), transposed
+//! by the [adjoint](crate::dynamics::AdjointRun::gradient). [Lanczos's method](crate::numerics::lanczos) finds with
 //! them the few directions that the data determine. A step of any damping is solved in these directions without another
 //! product. At the optimum they reduce the prior variance of every value to that of its standard error
 //! (Bui-Thanh, Ghattas, Martin and Stadler 2013). Output is a [`FieldReport`].

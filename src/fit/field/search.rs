@@ -11,7 +11,7 @@
 //! [`FieldReport`], without convergence too, with a warning. An unsupported fit, a failed run at the start, a failed
 //! product with the Jacobian, values that the scene does not allow, and a stop are errors.
 
-use crate::dynamics::{Reversible, TrajectorySlopes};
+use crate::dynamics::{AdjointRun, TrajectorySlopes};
 use crate::error::{Error, none_on_failure};
 use crate::fit::field::plan::FieldFit;
 use crate::fit::field::report::{FieldOptimum, FieldReport};
@@ -67,7 +67,7 @@ impl FieldFit {
     /// returned also without convergence, with a warning.
     ///
     /// # Errors
-    /// A fit that this method does not support, as an [`Error::Invalid`] with the key; those of [`Reversible::run`] at
+    /// A fit that this method does not support, as an [`Error::Invalid`] with the key; those of [`AdjointRun::run`] at
     /// the start; values that the scene does not allow; a stop; and a failed product with the Jacobian.
     pub fn solve(&self) -> Result<FieldReport, Error> {
         let since = Stopwatch::start();
@@ -86,7 +86,7 @@ struct FieldTrial {
     /// Independent numbers of variance one.
     z: Vec<f64>,
     /// The simulation, with its states for derivatives.
-    run: Reversible,
+    run: AdjointRun,
     /// Residuals, in sigmas.
     residuals: Vec<f64>,
     /// Half the sum of squares of residuals and of `z`.
@@ -149,7 +149,7 @@ impl FieldSearch<'_> {
         let last = rows.iter().map(|row| row.time).fold(0.0, f64::max);
         let steps = ((last / time.step_size() - 1e-9).ceil().max(1.0) as usize).min(time.steps());
         self.runs += 1.0;
-        let run = Reversible::run(&problem, &tracked, steps)?;
+        let run = AdjointRun::run(&problem, &tracked, steps)?;
         let record = run.trajectory().record();
         let residuals = rows.iter().map(|row| row.residual(&problem, record));
         let residuals: Vec<f64> = residuals.collect::<Result<_, Error>>()?;

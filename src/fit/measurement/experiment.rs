@@ -12,7 +12,7 @@
 //! measurements in the order of the residuals, [`full_work`] sums the work, and [`fitted`] removes validation data.
 //! [`named`] adds experiments to the name of a parameter.
 
-use crate::accuracy::Aim;
+use crate::accuracy::Calculation;
 use crate::error::Error;
 use crate::fit::measurement::Measurement;
 use crate::fit::measurement::motion::{PointMotion, Sample};
@@ -187,11 +187,11 @@ impl Experiment {
 
     /// The simulation by whose accuracy the mesh is chosen: the motion if any is measured, else the modes up to the
     /// highest measured one, else the equilibrium.
-    pub(crate) fn aim(&self) -> Aim {
+    pub(crate) fn aim(&self) -> Calculation {
         match (self.moves(), self.highest_mode()) {
-            (true, _) => Aim::Motion,
-            (false, 0) => Aim::Rest,
-            (false, modes) => Aim::Modes(modes),
+            (true, _) => Calculation::Motion,
+            (false, 0) => Calculation::Rest,
+            (false, modes) => Calculation::Modes(modes),
         }
     }
 

@@ -10,7 +10,9 @@
 
 use crate::error::{Error, ensure};
 use crate::fit::measurement::dataset::{DataKind, Dataset, Header, ValidationContext};
-use crate::fit::measurement::quantity::{DynQuantity, GaugeScalar, PointState, Quantity, Sight};
+use crate::fit::measurement::quantity::{
+    DynQuantity, GaugeContext, GaugeScalar, PointState, Quantity,
+};
 use crate::fit::measurement::reading::Reading;
 use crate::fit::measurement::simulated::{Requirements, SimulatedOutput};
 use crate::fit::structure::structure_problem::refuse_structure;
@@ -147,7 +149,7 @@ impl DataKind for GaugeReadings {
                 let [position, velocity] = record.motion(stencil, time)?;
                 points.push(PointState { position, velocity });
             }
-            let sight = Sight { time, points: &points, scene: simulated.scene };
+            let sight = GaugeContext { time, points: &points, scene: simulated.scene };
             each(D::evaluate(&*self.quantity, &sight) - *value);
         }
         Ok(())

@@ -3,7 +3,7 @@
 //! A user implements [`Quantity`] once over any scalar type. A fit evaluates it with `f64`, dual numbers (first
 //! derivative) and hyper-dual numbers (second derivatives), through the object-safe form [`DynQuantity`] and the
 //! dispatch [`GaugeScalar`]. Input of a quantity: time, s, positions and velocities of its points, and the scene
-//! ([`Sight`]). Output: its value in its own unit.
+//! ([`GaugeContext`]). Output: its value in its own unit.
 
 use crate::numerics::scalar::Scalar;
 use crate::scene::Point;
@@ -16,7 +16,7 @@ use std::fmt::Debug;
 /// It is defined once over any [`Scalar`]: a fit computes exact first and second derivatives with dual numbers.
 ///
 /// ```
-/// use rodfit::fit::{Gauge, Quantity, Sight};
+/// use rodfit::fit::{Gauge, Quantity, GaugeContext};
 /// use rodfit::{Fit, Parameter, Point, Scalar, Scene};
 ///
 /// /// A strain gauge on the upper face of a round rod, 5 mm to each side of its place.
@@ -29,7 +29,7 @@ use std::fmt::Debug;
 ///     fn points(&self) -> Vec<Point> {
 ///         [-5e-3, 0.0, 5e-3].map(|off| Point::ArcLength(self.place + off)).into()
 ///     }
-///     fn show<D: Scalar>(&self, rod: &Sight<D>) -> D {
+///     fn show<D: Scalar>(&self, rod: &GaugeContext<D>) -> D {
 ///         let [a, b, c] = [0, 1, 2].map(|i| rod.points[i].position);
 ///         let heading = |p: [D; 3], q: [D; 3]| (q[1] - p[1]).atan2(q[0] - p[0]);
 ///         (heading(a, b) - heading(b, c)) / 5e-3 * self.radius
@@ -53,12 +53,12 @@ pub trait Quantity: Debug + Send + Sync + 'static {
     /// The points of the rod that the quantity depends on; their states are passed to `show` in this order.
     fn points(&self) -> Vec<Point>;
     /// The value of the quantity, in its unit, for the state `rod` of its points, the time and the scene.
-    fn show<D: Scalar>(&self, rod: &Sight<D>) -> D;
+    fn show<D: Scalar>(&self, rod: &GaugeContext<D>) -> D;
 }
 
 /// State of the rod at one time, as far as a quantity depends on it, in world axes.
 #[derive(Clone, Debug)]
-pub struct Sight<'a, D> {
+pub struct GaugeContext<'a, D> {
     /// Time of the motion, s; zero at rest.
     pub time: f64,
     /// States of the [points](Quantity::points), in their order.
@@ -79,26 +79,26 @@ pub struct PointState<D> {
 /// Object-safe form of a [`Quantity`]: one function for each scalar type of a fit.
 pub trait DynQuantity: Debug + Send + Sync {
     /// The value of the quantity for the state `rod`, over `f64`, without derivatives.
-    fn plain(&self, rod: &Sight<f64>) -> f64;
+    fn plain(&self, rod: &GaugeContext<f64>) -> f64;
     /// The value of the quantity for the state `rod` with one first derivative, by dual numbers.
-    fn dual(&self, rod: &Sight<Dual64>) -> Dual64;
+    fn dual(&self, rod: &GaugeContext<Dual64>) -> Dual64;
     /// The value of the quantity for the state `rod` with two first derivatives and one second one, by hyper-dual
     /// numbers.
-    fn hyper_dual(&self, rod: &Sight<HyperDual64>) -> HyperDual64;
+    fn hyper_dual(&self, rod: &GaugeContext<HyperDual64>) -> HyperDual64;
 }
 
 impl<Q: Quantity> DynQuantity for Q {
     /// The value of the quantity for the state `rod`, over `f64`, without derivatives.
-    fn plain(&self, rod: &Sight<f64>) -> f64 {
+    fn plain(&self, rod: &GaugeContext<f64>) -> f64 {
         self.show(rod)
     }
     /// The value of the quantity for the state `rod` with one first derivative, by dual numbers.
-    fn dual(&self, rod: &Sight<Dual64>) -> Dual64 {
+    fn dual(&self, rod: &GaugeContext<Dual64>) -> Dual64 {
         self.show(rod)
     }
     /// The value of the quantity for the state `rod` with two first derivatives and one second one, by hyper-dual
     /// numbers.
-    fn hyper_dual(&self, rod: &Sight<HyperDual64>) -> HyperDual64 {
+    fn hyper_dual(&self, rod: &GaugeContext<HyperDual64>) -> HyperDual64 {
         self.show(rod)
     }
 }
@@ -107,26 +107,26 @@ impl<Q: Quantity> DynQuantity for Q {
 pub trait GaugeScalar: Scalar {
     /// The value of a `quantity` for the state `rod`, with the derivatives of this type, by the function of
     /// [`DynQuantity`] for it.
-    fn evaluate(quantity: &dyn DynQuantity, rod: &Sight<Self>) -> Self;
+    fn evaluate(quantity: &dyn DynQuantity, rod: &GaugeContext<Self>) -> Self;
 }
 
 impl GaugeScalar for f64 {
     /// The value of a `quantity` for the state `rod`, without derivatives.
-    fn evaluate(quantity: &dyn DynQuantity, rod: &Sight<Self>) -> Self {
+    fn evaluate(quantity: &dyn DynQuantity, rod: &GaugeContext<Self>) -> Self {
         quantity.plain(rod)
     }
 }
 
 impl GaugeScalar for Dual64 {
     /// The value of a `quantity` for the state `rod` with one first derivative.
-    fn evaluate(quantity: &dyn DynQuantity, rod: &Sight<Self>) -> Self {
+    fn evaluate(quantity: &dyn DynQuantity, rod: &GaugeContext<Self>) -> Self {
         quantity.dual(rod)
     }
 }
 
 impl GaugeScalar for HyperDual64 {
     /// The value of a `quantity` for the state `rod` with two first derivatives and one second one.
-    fn evaluate(quantity: &dyn DynQuantity, rod: &Sight<Self>) -> Self {
+    fn evaluate(quantity: &dyn DynQuantity, rod: &GaugeContext<Self>) -> Self {
         quantity.hyper_dual(rod)
     }
 }

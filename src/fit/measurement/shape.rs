@@ -31,7 +31,7 @@ use std::path::Path;
 
 /// The observed position of a point of the rod at rest.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Sighting {
+pub struct ShapePoint {
     /// The point of the rod.
     pub point: Point,
     /// World coordinates x, y and z, m; `None` where not observed.
@@ -44,7 +44,7 @@ pub struct Sighting {
 #[derive(Clone, Debug)]
 pub struct EquilibriumShape {
     /// Observed positions with their points.
-    pub sightings: Vec<Sighting>,
+    pub sightings: Vec<ShapePoint>,
     /// Whether the arc lengths are unknown: each position is compared with the nearest point of the rod, and its own
     /// [`Point`] is an approximation.
     pub arc_lengths_fitted: bool,
@@ -64,7 +64,7 @@ fn chord(a: [Option<f64>; 3], b: [Option<f64>; 3]) -> f64 {
     parts.sum::<f64>().sqrt()
 }
 
-impl Sighting {
+impl ShapePoint {
     /// The observed `position`, m, of a point on the centerline.
     pub fn new(point: Point, position: [Option<f64>; 3]) -> Self {
         Self { point, position, offset: [0.0; 3] }
@@ -74,8 +74,8 @@ impl Sighting {
     ///
     /// ```
     /// use rodfit::Point;
-    /// use rodfit::fit::Sighting;
-    /// let flag = Sighting::new(Point::Tip, [Some(0.5), Some(0.02), None]).offset([0.0, 0.02, 0.0]);
+    /// use rodfit::fit::ShapePoint;
+    /// let flag = ShapePoint::new(Point::Tip, [Some(0.5), Some(0.02), None]).offset([0.0, 0.02, 0.0]);
     /// assert_eq!(flag.offset[1], 0.02); // m along the first director
     /// ```
     pub fn offset(self, offset: [f64; 3]) -> Self {
@@ -94,12 +94,12 @@ impl RestShape {
     ///
     /// ```
     /// use rodfit::Point;
-    /// use rodfit::fit::{RestShape, Sighting};
-    /// let sighting = |s: f64, y: f64| Sighting::new(Point::ArcLength(s), [None, Some(y), None]);
+    /// use rodfit::fit::{RestShape, ShapePoint};
+    /// let sighting = |s: f64, y: f64| ShapePoint::new(Point::ArcLength(s), [None, Some(y), None]);
     /// let shape = RestShape::new(vec![sighting(0.2, -0.01), sighting(0.4, -0.04)]).sigma(1e-3); // m
     /// assert_eq!(shape.values(), 2);
     /// ```
-    pub fn new(sightings: Vec<Sighting>) -> Self {
+    pub fn new(sightings: Vec<ShapePoint>) -> Self {
         let data = EquilibriumShape { sightings, arc_lengths_fitted: false, rod: None };
         Self { header: Header::in_meters(), data }
     }
@@ -113,7 +113,7 @@ impl RestShape {
         let sighting = |position: &[Option<f64>; 3]| {
             along += before.map_or(0.0, |before| chord(before, *position));
             before = Some(*position);
-            Sighting::new(Point::ArcLength(along), *position)
+            ShapePoint::new(Point::ArcLength(along), *position)
         };
         let mut line = Self::new(positions.iter().map(sighting).collect());
         // Chords are shorter than arcs: these arc lengths only select the part of the rod to search.
@@ -124,7 +124,7 @@ impl RestShape {
     /// A planned shape of points at the arc lengths `at` from the wall, m, in all three coordinates, with zeros as
     /// placeholders for the positions.
     pub fn planned(at: &[f64]) -> Self {
-        let sighting = |s: &f64| Sighting::new(Point::ArcLength(*s), [Some(0.0); 3]);
+        let sighting = |s: &f64| ShapePoint::new(Point::ArcLength(*s), [Some(0.0); 3]);
         let mut planned = Self::new(at.iter().map(sighting).collect());
         planned.header.planned = true;
         planned
@@ -132,7 +132,7 @@ impl RestShape {
 
     /// Reads a CSV file with the column `s` (arc length from the wall, m or in the unit of its header) or `node`
     /// (index), and at least one of x, y, z as in [`Recording`]s. The columns `offset_t`, `offset_d1` and `offset_d2`
-    /// are the [offsets](Sighting::offset) of markers, zero where blank. Without `s` and `node` the rows are points of
+    /// are the [offsets](ShapePoint::offset) of markers, zero where blank. Without `s` and `node` the rows are points of
     /// the [centerline](Self::center_line) in their order along the rod.
     ///
     /// # Errors
@@ -175,7 +175,7 @@ impl RestShape {
             let position = recording.position(&axes, &row.values);
             // Points of a centerline get their arc lengths below, from the chords of all rows.
             let point = point.unwrap_or(Point::ArcLength(0.0));
-            let sighting = Sighting { point, position, offset: offsets.of_row(row) };
+            let sighting = ShapePoint { point, position, offset: offsets.of_row(row) };
             if !is_finite(sighting.arc_length(), &position) {
                 return Err(table.error(row.line, NOT_FINITE));
             }
@@ -236,19 +236,19 @@ impl EquilibriumShape {
     /// distance of the first or last point, whichever is nearer to the wall, from the wall, plus the sum of the chords
     /// from this point on, at most the length of the rod. Known ones stay. The input must be the positions as given,
     /// without arc lengths from an earlier call.
-    pub(crate) fn with_approximate_points(&self, problem: &Problem) -> Vec<Sighting> {
+    pub(crate) fn with_approximate_points(&self, problem: &Problem) -> Vec<ShapePoint> {
         if !self.arc_lengths_fitted {
             return self.sightings.clone();
         }
         let wall = problem.wall().map(Some);
         // Chords from the wall show at which end the list of points begins.
-        let from_wall = |s: Option<&Sighting>| s.map_or(0.0, |s| chord(wall, s.position));
+        let from_wall = |s: Option<&ShapePoint>| s.map_or(0.0, |s| chord(wall, s.position));
         let [first, last] = [self.sightings.first(), self.sightings.last()].map(from_wall);
-        let whole = self.sightings.last().map_or(0.0, Sighting::arc_length);
-        let approximate = |s: &Sighting| {
+        let whole = self.sightings.last().map_or(0.0, ShapePoint::arc_length);
+        let approximate = |s: &ShapePoint| {
             let along = s.arc_length();
             let from_wall = if first <= last { first + along } else { last + whole - along };
-            Sighting { point: Point::ArcLength(from_wall.min(problem.length())), ..*s }
+            ShapePoint { point: Point::ArcLength(from_wall.min(problem.length())), ..*s }
         };
         self.sightings.iter().map(approximate).collect()
     }
@@ -259,7 +259,7 @@ impl EquilibriumShape {
     /// neighboring observed points, in the order of the points and coordinates. Empty if any point has another number
     /// of coordinates, as in space, where offsets have no sign.
     pub(crate) fn normal_offsets(&self, problem: &Problem, residuals: &[f64]) -> Vec<[f64; 2]> {
-        let in_plane = |s: &Sighting| -> Option<[f64; 2]> {
+        let in_plane = |s: &ShapePoint| -> Option<[f64; 2]> {
             let values: Vec<f64> = s.position.iter().flatten().copied().collect();
             values.try_into().ok()
         };
@@ -268,7 +268,7 @@ impl EquilibriumShape {
         };
         let sightings = self.with_approximate_points(problem);
         let pairs = sightings.iter().zip(residuals.chunks_exact(2)).enumerate();
-        let offset = |(i, (sighting, r)): (usize, (&Sighting, &[f64]))| {
+        let offset = |(i, (sighting, r)): (usize, (&ShapePoint, &[f64]))| {
             let (before, after) = (i.saturating_sub(1), (i + 1).min(points.len() - 1));
             // The direction of the line at a point is that between its neighbors; it determines the sign of the offset.
             let tangent = [0, 1].map(|c| points[after][c] - points[before][c]);
@@ -301,7 +301,7 @@ impl DataKind for EquilibriumShape {
     /// Arc length of every point from the wall, m, in their order; approximate if it is fitted, 0 for points that are
     /// not on the rod. In a structure it is 0 also for nodes and the tip.
     fn abscissas(&self, problem: &Problem) -> Vec<f64> {
-        let arc_length = |s: Sighting| match self.rod {
+        let arc_length = |s: ShapePoint| match self.rod {
             Some(_) => s.arc_length(),
             None => problem.arc_length(s.point).unwrap_or(0.0),
         };
@@ -413,7 +413,7 @@ impl DataKind for EquilibriumShape {
         // Points with arc lengths are compared coordinate by coordinate, others by their offset from the nearest point.
         let (mesh, start) = (simulated.mesh, D::from(0.0));
         if !self.arc_lengths_fitted {
-            for Sighting { point, position, offset } in &self.sightings {
+            for ShapePoint { point, position, offset } in &self.sightings {
                 let simulated_position = match (self.place(*point), simulated.structure) {
                     (Some(place), Some(nodes)) => {
                         resting.position(&nodes.stencil(&place, "shape.rod")?, start)?

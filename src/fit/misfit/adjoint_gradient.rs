@@ -11,7 +11,7 @@
 //! halved, and the gradient on the scales of all unknowns of the fit (zero for those of other experiments). The search
 //! itself uses Jacobians.
 
-use crate::dynamics::Reversible;
+use crate::dynamics::AdjointRun;
 use crate::error::Error;
 use crate::fit::measurement::MeasuredData;
 use crate::fit::measurement::simulated::SimulatedOutput;
@@ -62,7 +62,7 @@ impl ObservedExperiment {
     ) -> Result<ExperimentGradient, Error> {
         let (problem, steps) = self.problem_and_steps(point)?;
         count((steps * problem.segments()) as f64);
-        let run = Reversible::run(&problem, &nodes(&self.required.moving, &problem)?, steps)?;
+        let run = AdjointRun::run(&problem, &nodes(&self.required.moving, &problem)?, steps)?;
         let record = run.trajectory().record();
         let view = View::new(&problem, |_, value| value);
         let (mut residuals, mut slopes) = (Vec::new(), run.slopes());

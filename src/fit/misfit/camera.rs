@@ -7,7 +7,7 @@
 //! [time](View::sample_time), s, at which the row of the observed point is read. [`View::pictured`] applies rotation,
 //! scale and distortion to a position of the model, for curves over the data.
 
-use crate::numerics::scalar::{Nestable, Scalar};
+use crate::numerics::scalar::{RodScalar, Scalar};
 use crate::numerics::vector::{Vector, add, dot, rotate, scale, sub};
 use crate::problem::Problem;
 use crate::scene::Parameter;
@@ -47,7 +47,7 @@ struct Lens<D> {
     center: Vector<D>,
 }
 
-impl<D: Nestable> View<D> {
+impl<D: RodScalar> View<D> {
     /// The camera of a problem, with the wall of its rod (the `origin` of the first rod of a structure) as center and
     /// the normal of its plane as axis. `seed` returns the scalar of a parameter from its value, with derivatives where
     /// the parameter is an unknown.

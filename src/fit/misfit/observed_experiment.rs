@@ -28,7 +28,7 @@ use crate::fit::misfit::camera::View;
 use crate::fit::structure::structure_frequencies::structure_frequencies;
 use crate::fit::structure::structure_problem::structure_of;
 use crate::fit::unknown::{ParameterPoint, Unknown};
-use crate::numerics::scalar::Nestable;
+use crate::numerics::scalar::RodScalar;
 use crate::problem::{Problem, ReferenceStrains};
 use crate::scene::{Parameter, Point};
 use crate::structure::Structure;
@@ -118,7 +118,7 @@ impl ObservedExperiment {
 
     /// Edges and joints of the rod of a `problem` without load, with the numbers of parameters that `seed` returns.
     /// None if no measurement requires them.
-    pub(super) fn reference_strains<D: Nestable>(
+    pub(super) fn reference_strains<D: RodScalar>(
         &self,
         problem: &Problem,
         seed: impl Fn(Parameter, f64) -> D,

@@ -14,7 +14,7 @@ use crate::fit::structure::structure_problem::structure_of;
 use crate::fit::structure::structure_run::{
     equilibrium, motion_at_rest, repeated_motion, simulated_motion,
 };
-use crate::numerics::scalar::Nestable;
+use crate::numerics::scalar::RodScalar;
 use crate::problem::Problem;
 use crate::scene::Parameter;
 use crate::scene::number::Quantity;
@@ -80,7 +80,7 @@ impl ExperimentRun {
     /// The records of the motion and of the equilibrium of this run of a `structure`, computed again over another
     /// number type; `None` where the run has none. `seed` returns the number for a path, value and quantity of the
     /// scene. The motion repeats the steps of this run. Errors are those of the steps and of the equilibrium.
-    pub(super) fn structure_over<D: Nestable>(
+    pub(super) fn structure_over<D: RodScalar>(
         &self,
         structure: &Structure,
         mut seed: impl FnMut(&str, f64, Quantity) -> D,

@@ -13,7 +13,7 @@
 use crate::dynamics::record::Record;
 use crate::dynamics::{Simulation, Trajectory};
 use crate::error::Error;
-use crate::numerics::scalar::Nestable;
+use crate::numerics::scalar::RodScalar;
 use crate::problem::Problem;
 use crate::rod::Assembly;
 use crate::scene::Parameter;
@@ -76,7 +76,7 @@ fn map_all<T: Send, U: Send>(
 /// all at the next. The motion repeats the steps that end at `taken`, s, the steps of an earlier simulation with the
 /// halved ones. `times`, s, are those of the record: the start, and then ends of these steps. `seed` returns each
 /// number of the scene in the number type, from its path, value and quantity. Error: a step fails.
-pub(crate) fn repeated_motion<D: Nestable>(
+pub(crate) fn repeated_motion<D: RodScalar>(
     structure: &Structure,
     tracked: &[usize],
     times: &[f64],
@@ -89,7 +89,7 @@ pub(crate) fn repeated_motion<D: Nestable>(
 
 /// The motions as of [`repeated_motion`], one list per simulation in `starts`, which are at their start. The steps in
 /// plain numbers are taken once for all of them.
-fn repeated_motions<D: Nestable>(
+fn repeated_motions<D: RodScalar>(
     structure: &Structure,
     tracked: &[usize],
     times: &[f64],
@@ -184,7 +184,7 @@ pub(crate) fn simulated_motion(
 /// The positions of the nodes `tracked` at equilibrium over another number type, with velocities of zero. `seed`
 /// returns each number of the scene in that type, from its path, value and quantity. Error: the equilibrium cannot be
 /// computed.
-pub(crate) fn motion_at_rest<D: Nestable>(
+pub(crate) fn motion_at_rest<D: RodScalar>(
     structure: &Structure,
     tracked: &[usize],
     seed: impl FnMut(&str, f64, Quantity) -> D,

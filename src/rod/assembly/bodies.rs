@@ -21,7 +21,7 @@
 //! normal of the plane, and `CarriedPosition` the position of a carried node with its derivatives. `load_point` is the
 //! point of a body's load, m.
 
-use crate::numerics::scalar::{Nestable, Scalar};
+use crate::numerics::scalar::{RodScalar, Scalar};
 use crate::rod::assembly::attachment::Attachment;
 use crate::rod::assembly::carrying::{CarriedMotion, CarryingBodies, is_viscous};
 use crate::rod::assembly::frames::AssemblyFrames;
@@ -225,7 +225,7 @@ impl<D: Scalar> CarriedMotion<D> for CarriedPosition<D> {
     }
 }
 
-impl<D: Nestable> CarryingBodies<D, [D; 2]> for Bodies<D> {
+impl<D: RodScalar> CarryingBodies<D, [D; 2]> for Bodies<D> {
     type Motion = CarriedPosition<D>;
 
     /// Coordinates of an attachment, counted from the first one of all bodies: x and y, then the rotations of the body

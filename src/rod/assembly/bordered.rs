@@ -77,8 +77,8 @@ impl<D: Scalar> Tangent<D> for AssemblyTangent<D> {
     }
 
     /// Replaces row and column `i` by those of the identity.
-    fn uncouple(&mut self, i: usize) {
-        of_either!(Self, self, matrix => matrix.uncouple(i));
+    fn eliminate_row_and_column(&mut self, i: usize) {
+        of_either!(Self, self, matrix => matrix.eliminate_row_and_column(i));
     }
 
     /// Sets every entry to zero and removes unsymmetric blocks.

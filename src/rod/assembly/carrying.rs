@@ -10,7 +10,7 @@
 //! spatial bodies and [`DiscreteRod`] implement the traits.
 
 use crate::energy::frame::EdgeFrame;
-use crate::numerics::scalar::Nestable;
+use crate::numerics::scalar::RodScalar;
 use crate::numerics::tangent::Tangent;
 use crate::rod::assembly::attachment::Attachment;
 use crate::rod::assembly::frames::AssemblyFrames;
@@ -21,7 +21,7 @@ use std::borrow::Cow;
 use std::fmt::Debug;
 
 /// A rod of an assembly.
-pub trait MemberRod<D: Nestable>: AssembledRod<D> + Debug {
+pub trait MemberRod<D: RodScalar>: AssembledRod<D> + Debug {
     /// Number of edges.
     fn edges(&self) -> usize;
 
@@ -44,7 +44,7 @@ pub trait MemberRod<D: Nestable>: AssembledRod<D> + Debug {
     fn clear_node(&mut self, node: usize);
 }
 
-impl<D: Nestable, L: Layout<N, S>, const N: usize, const S: usize> MemberRod<D>
+impl<D: RodScalar, L: Layout<N, S>, const N: usize, const S: usize> MemberRod<D>
     for DiscreteRod<D, L, N, S>
 {
     /// Number of edges.
@@ -102,13 +102,13 @@ pub trait CarriedMotion<D> {
 }
 
 /// Whether a viscous time, s, has a value or derivatives other than zero.
-pub(super) fn is_viscous<D: Nestable>(time: D) -> bool {
+pub(super) fn is_viscous<D: RodScalar>(time: D) -> bool {
     !time.is_identically_zero()
 }
 
 /// All bodies and springs of an assembly. Coordinates are counted from the first one of all bodies; `z` are those of
 /// all.
-pub trait CarryingBodies<D: Nestable, P>: Clone + Debug + Send + Sync {
+pub trait CarryingBodies<D: RodScalar, P>: Clone + Debug + Send + Sync {
     /// The unknowns of a carried node.
     type Motion: CarriedMotion<D> + Debug + Send;
 

@@ -11,7 +11,7 @@
 //!
 //! - `place_carried` and `set_carried_rates` overwrite the entries of carried and fixed nodes with positions and
 //!   velocities that follow from the bodies; gaps stay.
-//! - `gradient` (N, N m) and `tangent_under` (N/m, also with expected axial forces) overwrite their results;
+//! - `gradient` (N, N m) and `tangent_with_tensions` (N/m, also with expected axial forces) overwrite their results;
 //!   `tensions_after` predicts axial forces, N, after a change of the unknowns.
 //! - `energies` (J; kinetic and user-defined ones are zero), `strains`, and `strain_energies` of given strains.
 //! - `folded_node` and `over_rotated_edge` return the first fold or large rotation of a step, `None` without one.
@@ -24,7 +24,7 @@
 
 use crate::energy::Derivatives;
 use crate::numerics::envelope::Envelope;
-use crate::numerics::scalar::Nestable;
+use crate::numerics::scalar::RodScalar;
 use crate::rod::assembly::carrying::{CarryingBodies, MemberRod};
 use crate::rod::assembly::frames::AssemblyFrames;
 use crate::rod::assembly::layout::AssemblyLayout;
@@ -39,7 +39,7 @@ pub(super) type TangentOfLayout<D, L> = BorderedTangent<D, <L as AssemblyLayout>
 
 /// Rods with the bodies that join them.
 #[derive(Clone, Debug)]
-pub struct JoinedRods<D: Nestable, L: AssemblyLayout> {
+pub struct JoinedRods<D: RodScalar, L: AssemblyLayout> {
     pub(super) members: Vec<Member<D, L>>,
     pub(super) bodies: L::Bodies<D>,
     /// Index of the first coordinate of the bodies in the unknowns.
@@ -49,7 +49,7 @@ pub struct JoinedRods<D: Nestable, L: AssemblyLayout> {
     room: MemberWorkspace<D, L>,
 }
 
-impl<D: Nestable, L: AssemblyLayout> JoinedRods<D, L> {
+impl<D: RodScalar, L: AssemblyLayout> JoinedRods<D, L> {
     /// An assembly of rods, whose `range`s follow each other, each from a multiple of the stride on, and of bodies with
     /// `coordinates` in all. Unknowns without effect get the first positive mass of a body, else of a rod, else 1, so
     /// that no mass is zero.
@@ -174,7 +174,7 @@ impl<D: Nestable, L: AssemblyLayout> JoinedRods<D, L> {
     }
 }
 
-impl<D: Nestable, L: AssemblyLayout> JoinedRods<D, L> {
+impl<D: RodScalar, L: AssemblyLayout> JoinedRods<D, L> {
     /// A zero matrix with the sparsity pattern of the tangent. Coordinates of bodies that carry the same rod are
     /// coupled: their rows in the envelope begin at the least of these coordinates.
     pub fn zero_tangent(&self) -> TangentOfLayout<D, L> {
@@ -224,7 +224,7 @@ impl<D: Nestable, L: AssemblyLayout> JoinedRods<D, L> {
     /// Overwrites `gradient` as `gradient` does, and `tangent`, N/m, with its derivative by the unknowns; unsymmetric
     /// blocks are removed. `tensions` of the edges of all rods, N, if given, replace the axial forces in the geometric
     /// stiffness.
-    pub fn tangent_under(
+    pub fn tangent_with_tensions(
         &self,
         q: &[D],
         frames: &AssemblyFrames<D>,
@@ -247,7 +247,7 @@ impl<D: Nestable, L: AssemblyLayout> JoinedRods<D, L> {
             let tensions = tensions.map(|all| &all[edges..edges + count]);
             edges += count;
             let band = &mut own.band;
-            member.rod.tangent_under(q, own_frames, derivatives, tensions, forces, band);
+            member.rod.tangent_with_tensions(q, own_frames, derivatives, tensions, forces, band);
             // The tangent first: it needs the forces on carried nodes, which the reduction of the gradient clears.
             reduce_tangent(member, carried, forces, own, corner);
             reduce_gradient(member, carried, forces, bodies);

@@ -15,7 +15,7 @@ use crate::numerics::rotation::{
     Matrix3, cross_matrix, exponential, inverse, logarithm, product, tangent_map, times, transpose,
     transposed_times,
 };
-use crate::numerics::scalar::{Nestable, Scalar};
+use crate::numerics::scalar::{RodScalar, Scalar};
 use crate::numerics::vector::{Vector, dot};
 use nalgebra::SVector;
 use num_dual::{Dual2SVec, DualSVec};
@@ -118,7 +118,7 @@ fn turned_relative<D: Scalar>(relative: &Matrix3<D>, turns: &[D; 6]) -> Matrix3<
     transpose(&columns)
 }
 
-impl<D: Nestable> ElasticJoint<D> {
+impl<D: RodScalar> ElasticJoint<D> {
     /// First derivatives of the energy, N m, at the rotation `relative` of the clamp in the axes of the body: three by
     /// rotations of the body, three by those of the clamp, each in its own axes. Those of a spring follow from
     /// `d xi = T^-1 d phi` with the tangent map `T` at the rotation vector; those of a hinge are computed in dual

@@ -8,7 +8,7 @@
 //! no effect.
 
 use crate::energy::frame::{EdgeFrame, Frames};
-use crate::numerics::scalar::{Nestable, Scalar};
+use crate::numerics::scalar::{RodScalar, Scalar};
 use crate::numerics::tangent::Tangent;
 use crate::rod::assembly::bodies::Bodies;
 use crate::rod::assembly::carrying::{CarryingBodies, MemberRod};
@@ -25,27 +25,27 @@ pub trait AssemblyLayout: Copy + Debug + Send + Sync + 'static {
     /// A place, m.
     type Place<D: Scalar>: Copy + Debug + Send + Sync + AsRef<[D]>;
     /// The frames of a rod.
-    type RodFrames<D: Nestable>: ReferenceFrames<D>;
+    type RodFrames<D: RodScalar>: ReferenceFrames<D>;
     /// The second derivatives of the energy of a rod.
-    type Band<D: Nestable>: Tangent<D>;
+    type Band<D: RodScalar>: Tangent<D>;
     /// A rod.
-    type Rod<D: Nestable>: MemberRod<D>
+    type Rod<D: RodScalar>: MemberRod<D>
         + Rod<D, Tangent = Self::Band<D>, Frames = Self::RodFrames<D>>;
     /// The bodies and springs.
-    type Bodies<D: Nestable>: CarryingBodies<D, Self::Place<D>>;
+    type Bodies<D: RodScalar>: CarryingBodies<D, Self::Place<D>>;
 
     /// The place with `component(c)` at index `c`: two components in a plane, three in space.
     fn place<D: Scalar>(component: impl Fn(usize) -> D) -> Self::Place<D>;
 
     /// Overwrites `to` with a copy of the frames of rod `k`; in a plane with the empty frames.
-    fn copy_frames<D: Nestable>(
+    fn copy_frames<D: RodScalar>(
         all: &AssemblyFrames<D>,
         k: usize,
         to: &mut Option<Self::RodFrames<D>>,
     );
 
     /// Overwrites the frames of rod `k` in `all` with `own`. The default, of the plane, does nothing.
-    fn store_frames<D: Nestable>(
+    fn store_frames<D: RodScalar>(
         _own: Self::RodFrames<D>,
         _k: usize,
         _all: &mut AssemblyFrames<D>,
@@ -54,7 +54,7 @@ pub trait AssemblyLayout: Copy + Debug + Send + Sync + 'static {
 
     /// Replaces the frame of edge `j` by the `carried` one, and adapts the reference twists of its joints. Strains stay
     /// if the angle of the edge is reduced by the turn between both frames. The default, of the plane, does nothing.
-    fn hold_edge<D: Nestable>(
+    fn hold_edge<D: RodScalar>(
         _frames: &mut Self::RodFrames<D>,
         _j: usize,
         _carried: &EdgeFrame<D>,
@@ -65,10 +65,10 @@ pub trait AssemblyLayout: Copy + Debug + Send + Sync + 'static {
 impl AssemblyLayout for Plane {
     const STRIDE: usize = <Self as Layout<2, 1>>::STRIDE;
     type Place<D: Scalar> = [D; 2];
-    type RodFrames<D: Nestable> = ();
-    type Band<D: Nestable> = <Self as Layout<2, 1>>::Tangent<D>;
-    type Rod<D: Nestable> = DiscreteRod<D, Self, 2, 1>;
-    type Bodies<D: Nestable> = Bodies<D>;
+    type RodFrames<D: RodScalar> = ();
+    type Band<D: RodScalar> = <Self as Layout<2, 1>>::Tangent<D>;
+    type Rod<D: RodScalar> = DiscreteRod<D, Self, 2, 1>;
+    type Bodies<D: RodScalar> = Bodies<D>;
 
     /// The place `[component(0), component(1)]`.
     fn place<D: Scalar>(component: impl Fn(usize) -> D) -> [D; 2] {
@@ -76,7 +76,7 @@ impl AssemblyLayout for Plane {
     }
 
     /// Sets `to` to the empty frames of a planar rod.
-    fn copy_frames<D: Nestable>(_: &AssemblyFrames<D>, _: usize, to: &mut Option<()>) {
+    fn copy_frames<D: RodScalar>(_: &AssemblyFrames<D>, _: usize, to: &mut Option<()>) {
         *to = Some(());
     }
 }
@@ -84,10 +84,10 @@ impl AssemblyLayout for Plane {
 impl AssemblyLayout for Space {
     const STRIDE: usize = <Self as Layout<3, 3>>::STRIDE;
     type Place<D: Scalar> = [D; 3];
-    type RodFrames<D: Nestable> = Frames<D>;
-    type Band<D: Nestable> = <Self as Layout<3, 3>>::Tangent<D>;
-    type Rod<D: Nestable> = DiscreteRod<D, Self, 3, 3>;
-    type Bodies<D: Nestable> = SpatialBodies<D>;
+    type RodFrames<D: RodScalar> = Frames<D>;
+    type Band<D: RodScalar> = <Self as Layout<3, 3>>::Tangent<D>;
+    type Rod<D: RodScalar> = DiscreteRod<D, Self, 3, 3>;
+    type Bodies<D: RodScalar> = SpatialBodies<D>;
 
     /// The place `[component(0), component(1), component(2)]`.
     fn place<D: Scalar>(component: impl Fn(usize) -> D) -> [D; 3] {
@@ -95,7 +95,7 @@ impl AssemblyLayout for Space {
     }
 
     /// Overwrites `to` with a copy of the frames of rod `k`; allocated lists are reused.
-    fn copy_frames<D: Nestable>(all: &AssemblyFrames<D>, k: usize, to: &mut Option<Frames<D>>) {
+    fn copy_frames<D: RodScalar>(all: &AssemblyFrames<D>, k: usize, to: &mut Option<Frames<D>>) {
         match to {
             Some(to) => to.clone_from(&all.rods[k]),
             None => *to = Some(all.rods[k].clone()),
@@ -103,13 +103,13 @@ impl AssemblyLayout for Space {
     }
 
     /// Overwrites the frames of rod `k` in `all` with `own`.
-    fn store_frames<D: Nestable>(own: Frames<D>, k: usize, all: &mut AssemblyFrames<D>) {
+    fn store_frames<D: RodScalar>(own: Frames<D>, k: usize, all: &mut AssemblyFrames<D>) {
         all.rods[k] = own;
     }
 
     /// Replaces the frame of edge `j` by the `carried` one, and adapts the reference twists of its joints. Strains stay
     /// if the angle of the edge is reduced by the turn between both frames.
-    fn hold_edge<D: Nestable>(frames: &mut Frames<D>, j: usize, carried: &EdgeFrame<D>) {
+    fn hold_edge<D: RodScalar>(frames: &mut Frames<D>, j: usize, carried: &EdgeFrame<D>) {
         frames.replace(j, carried);
     }
 }

@@ -11,7 +11,7 @@
 //! `MotionOf` is the type of a carried node's unknowns, `MemberWorkspace` the work space, and `RodUnknowns` its
 //! content.
 
-use crate::numerics::scalar::Nestable;
+use crate::numerics::scalar::RodScalar;
 use crate::rod::assembly::attachment::{Attachment, CarriedNode, FixedNode};
 use crate::rod::assembly::carrying::{CarriedMotion, CarryingBodies, MemberRod};
 use crate::rod::assembly::frames::AssemblyFrames;
@@ -28,7 +28,7 @@ pub(super) type MotionOf<D, L> = <<L as AssemblyLayout>::Bodies<D> as CarryingBo
 
 /// A rod of an assembly.
 #[derive(Clone, Debug)]
-pub struct Member<D: Nestable, L: AssemblyLayout> {
+pub struct Member<D: RodScalar, L: AssemblyLayout> {
     /// The rod.
     pub rod: L::Rod<D>,
     /// Range of its unknowns in those of the assembly.
@@ -39,7 +39,7 @@ pub struct Member<D: Nestable, L: AssemblyLayout> {
     pub fixed: Vec<FixedNode<L::Place<D>>>,
 }
 
-impl<D: Nestable, L: AssemblyLayout> Member<D, L> {
+impl<D: RodScalar, L: AssemblyLayout> Member<D, L> {
     /// Number of nodes of the rod, carried and fixed ones included.
     pub fn nodes(&self) -> usize {
         self.rod.edges() + 1
@@ -161,11 +161,11 @@ impl<D: Nestable, L: AssemblyLayout> Member<D, L> {
 
 /// Unknowns of one rod, as work space; empty in a clone.
 #[derive(Debug)]
-pub(super) struct MemberWorkspace<D: Nestable, L: AssemblyLayout>(Mutex<RodUnknowns<D, L>>);
+pub(super) struct MemberWorkspace<D: RodScalar, L: AssemblyLayout>(Mutex<RodUnknowns<D, L>>);
 
 /// Unknowns of one rod.
 #[derive(Debug)]
-pub(super) struct RodUnknowns<D: Nestable, L: AssemblyLayout> {
+pub(super) struct RodUnknowns<D: RodScalar, L: AssemblyLayout> {
     /// Unknowns, carried nodes included.
     pub q: Vec<D>,
     /// Its frames, with those of carried edges.
@@ -180,7 +180,7 @@ pub(super) struct RodUnknowns<D: Nestable, L: AssemblyLayout> {
     pub elements: Vec<D>,
 }
 
-impl<D: Nestable, L: AssemblyLayout> Default for RodUnknowns<D, L> {
+impl<D: RodScalar, L: AssemblyLayout> Default for RodUnknowns<D, L> {
     /// Empty lists and no frames.
     fn default() -> Self {
         Self {
@@ -194,21 +194,21 @@ impl<D: Nestable, L: AssemblyLayout> Default for RodUnknowns<D, L> {
     }
 }
 
-impl<D: Nestable, L: AssemblyLayout> Default for MemberWorkspace<D, L> {
+impl<D: RodScalar, L: AssemblyLayout> Default for MemberWorkspace<D, L> {
     /// An unlocked work space with empty lists.
     fn default() -> Self {
         Self(Mutex::default())
     }
 }
 
-impl<D: Nestable, L: AssemblyLayout> Clone for MemberWorkspace<D, L> {
+impl<D: RodScalar, L: AssemblyLayout> Clone for MemberWorkspace<D, L> {
     /// An empty work space: numbers are not copied.
     fn clone(&self) -> Self {
         Self::default()
     }
 }
 
-impl<D: Nestable, L: AssemblyLayout> MemberWorkspace<D, L> {
+impl<D: RodScalar, L: AssemblyLayout> MemberWorkspace<D, L> {
     /// Locks the work space for this thread; a lock that another thread left by a panic is taken too.
     pub fn borrow(&self) -> MutexGuard<'_, RodUnknowns<D, L>> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)

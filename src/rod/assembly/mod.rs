@@ -46,7 +46,7 @@ pub use spatial_motion::SpatialRotation;
 pub use tangent::BorderedTangent;
 
 use crate::energy::Derivatives;
-use crate::numerics::scalar::Nestable;
+use crate::numerics::scalar::RodScalar;
 use crate::rod::layout::{Plane, Space};
 use crate::rod::{Energies, Rod, RotationRates, Viscosity};
 use num_dual::Dual64;
@@ -54,7 +54,7 @@ use std::ops::Range;
 
 /// Rods with the bodies that join them.
 #[derive(Clone, Debug)]
-pub enum Assembly<D: Nestable> {
+pub enum Assembly<D: RodScalar> {
     /// In a plane.
     Plane(JoinedRods<D, Plane>),
     /// In space.
@@ -82,7 +82,7 @@ macro_rules! with_tangent {
     };
 }
 
-impl<D: Nestable> Assembly<D> {
+impl<D: RodScalar> Assembly<D> {
     /// Whether the assembly is in space; otherwise it is in a plane.
     pub fn is_spatial(&self) -> bool {
         matches!(self, Self::Space(_))
@@ -140,7 +140,7 @@ impl<D: Nestable> Assembly<D> {
     }
 }
 
-impl<D: Nestable> Rod<D> for Assembly<D> {
+impl<D: RodScalar> Rod<D> for Assembly<D> {
     type Tangent = AssemblyTangent<D>;
     type Dual = Assembly<Dual64>;
     type Frames = AssemblyFrames<D>;
@@ -198,12 +198,12 @@ impl<D: Nestable> Rod<D> for Assembly<D> {
         gradient: &mut [D],
         tangent: &mut AssemblyTangent<D>,
     ) {
-        self.tangent_under(q, frames, derivatives, None, gradient, tangent);
+        self.tangent_with_tensions(q, frames, derivatives, None, gradient, tangent);
     }
 
     /// Overwrites gradient and tangent as `tangent` does. `tensions` of the edges of all rods, N, if given, replace the
     /// axial forces in the geometric stiffness. A tangent of the other layout (plane, space) is left unchanged.
-    fn tangent_under(
+    fn tangent_with_tensions(
         &self,
         q: &[D],
         frames: &AssemblyFrames<D>,
@@ -213,7 +213,7 @@ impl<D: Nestable> Rod<D> for Assembly<D> {
         tangent: &mut AssemblyTangent<D>,
     ) {
         with_tangent!(self, rods, tangent => {
-            rods.tangent_under(q, frames, derivatives, tensions, gradient, tangent);
+            rods.tangent_with_tensions(q, frames, derivatives, tensions, gradient, tangent);
         });
     }
 

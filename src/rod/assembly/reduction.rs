@@ -7,7 +7,7 @@
 //! unknowns from the rod: their gradient becomes zero, and their rows and columns those of the identity.
 
 use crate::numerics::envelope::Envelope;
-use crate::numerics::scalar::Nestable;
+use crate::numerics::scalar::RodScalar;
 use crate::numerics::tangent::Tangent;
 use crate::rod::assembly::carrying::CarriedMotion;
 use crate::rod::assembly::layout::AssemblyLayout;
@@ -17,7 +17,7 @@ use crate::rod::assembly::tangent::{Coupling, MemberTangent};
 /// Adds to `bodies`, N, the derivatives by the coordinates of bodies: the gradient `rod` at each carried node times the
 /// derivatives of its unknowns (`carried`, in the order of the nodes). Entries of carried and fixed nodes in `rod`
 /// become zero.
-pub(super) fn reduce_gradient<D: Nestable, L: AssemblyLayout>(
+pub(super) fn reduce_gradient<D: RodScalar, L: AssemblyLayout>(
     member: &Member<D, L>,
     carried: &[MotionOf<D, L>],
     rod: &mut [D],
@@ -34,7 +34,7 @@ pub(super) fn reduce_gradient<D: Nestable, L: AssemblyLayout>(
 
 /// The inner product `a.b` over the length of `b`; `a` may be longer.
 #[inline(always)]
-fn inner<D: Nestable>(a: &[D], b: &[D]) -> D {
+fn inner<D: RodScalar>(a: &[D], b: &[D]) -> D {
     let mut sum = a[0] * b[0];
     for c in 1..b.len() {
         sum += a[c] * b[c];
@@ -48,7 +48,7 @@ const WIDTH: usize = 4;
 /// Adds to `bodies`, N/m, the second derivatives by the coordinates of bodies through the carried nodes of a rod, from
 /// its band in `own` and its `gradient`. Overwrites the couplings in `own`: derivatives between the rows beside an end
 /// and its coordinates. Rows and columns of carried and fixed nodes in the band become those of the identity.
-pub(super) fn reduce_tangent<D: Nestable, L: AssemblyLayout>(
+pub(super) fn reduce_tangent<D: RodScalar, L: AssemblyLayout>(
     member: &Member<D, L>,
     carried: &[MotionOf<D, L>],
     gradient: &[D],
@@ -95,5 +95,5 @@ pub(super) fn reduce_tangent<D: Nestable, L: AssemblyLayout>(
             }
         }
     }
-    member.unknowns_without_effect().for_each(|i| own.band.uncouple(i));
+    member.unknowns_without_effect().for_each(|i| own.band.eliminate_row_and_column(i));
 }

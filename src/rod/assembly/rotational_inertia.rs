@@ -24,13 +24,13 @@ use crate::numerics::envelope_lu::DiagonalBlock;
 use crate::numerics::rotation::{
     components_of, cross_matrix, inverse, product, tangent_map, times,
 };
-use crate::numerics::scalar::Nestable;
+use crate::numerics::scalar::RodScalar;
 use crate::numerics::vector::{cross, scale};
 use crate::rod::RotationRates;
 use crate::rod::assembly::frames::AssemblyFrames;
 use crate::rod::assembly::spatial_bodies::SpatialBodies;
 
-impl<D: Nestable> SpatialBodies<D> {
+impl<D: RodScalar> SpatialBodies<D> {
     /// Adds to `forces`, N, the inertia forces of all rotations beyond those of diagonal masses: `w x J w` and the mass
     /// damping of the products of inertia, over `length`. Lists have the coordinates of bodies; `forces` contains the
     /// gradient. If `blocks` is given, appends one block, N/m, for each rotation by the increments. It has the

@@ -14,7 +14,7 @@ use crate::energy::frame::EdgeFrame;
 use crate::numerics::rotation::{
     Matrix3, identity, orthonormal, product, tangent_map, times, transpose, transposed_times,
 };
-use crate::numerics::scalar::Nestable;
+use crate::numerics::scalar::RodScalar;
 use crate::numerics::tangent::Tangent;
 use crate::numerics::vector::{Vector, cross, dot};
 use crate::rod::assembly::attachment::Attachment;
@@ -66,7 +66,7 @@ pub struct SpatialBodies<D> {
     pub by_increments: bool,
 }
 
-impl<D: Nestable> SpatialBodies<D> {
+impl<D: RodScalar> SpatialBodies<D> {
     /// The rotations of all bodies that rotate, then those of all joints' clamps.
     pub(super) fn rotations(&self) -> impl Iterator<Item = &SpatialRotation<D>> {
         let bodies = self.bodies.iter().filter_map(|body| body.rotation.as_ref());
@@ -139,7 +139,7 @@ impl<D: Nestable> SpatialBodies<D> {
     }
 }
 
-impl<D: Nestable> CarryingBodies<D, [D; 3]> for SpatialBodies<D> {
+impl<D: RodScalar> CarryingBodies<D, [D; 3]> for SpatialBodies<D> {
     type Motion = SpatialCarried<D>;
 
     /// Coordinates of an attachment, counted from the first one of all bodies: three of the center, three of the body's
@@ -298,7 +298,7 @@ impl<D: Nestable> CarryingBodies<D, [D; 3]> for SpatialBodies<D> {
         for rotation in self.rotations() {
             let vector = rotation.vector(z, frames);
             // At the reference `T` is the identity, and the symmetric part of its derivative is zero.
-            if vector.iter().all(Nestable::is_identically_zero) {
+            if vector.iter().all(RodScalar::is_identically_zero) {
                 continue;
             }
             if let Some(tangent) = &mut tangent {

@@ -172,10 +172,10 @@ impl<D: Scalar, T: Tangent<D>> Tangent<D> for BorderedTangent<D, T> {
 
     /// Replaces row and column `i`, of a rod or of a body coordinate, by those of the identity, also in the couplings.
     /// Unsymmetric blocks stay; nothing happens in a gap.
-    fn uncouple(&mut self, i: usize) {
+    fn eliminate_row_and_column(&mut self, i: usize) {
         match self.row(i) {
             MatrixRow::Rod(k, row) => {
-                self.members[k].band.uncouple(row);
+                self.members[k].band.eliminate_row_and_column(row);
                 for coupling in &mut self.members[k].couplings {
                     if coupling.rows.contains(&row) {
                         let at = row - coupling.rows.start;
@@ -184,7 +184,7 @@ impl<D: Scalar, T: Tangent<D>> Tangent<D> for BorderedTangent<D, T> {
                 }
             }
             MatrixRow::Body(body) => {
-                self.bodies.uncouple(body);
+                self.bodies.eliminate_row_and_column(body);
                 for coupling in self.members.iter_mut().flat_map(|member| &mut member.couplings) {
                     for (column, entries) in coupling.iter_mut() {
                         if column == body {

@@ -1,5 +1,5 @@
 //! Derivatives of the forces and strains of a [`DiscreteRod`] along `G` parameters: the implementation of
-//! [`Sensitive`].
+//! [`ForwardSensitivity`].
 //!
 //! Input: the geometry of the rod, and `G` rods over dual numbers. Each has the derivatives of stiffnesses, rest
 //! lengths, natural strains, friction springs and loads along one parameter; [`Rates`] collects them. Output at fixed
@@ -12,12 +12,12 @@
 use crate::energy::law::slip::SliderRates;
 use crate::energy::law::{LawRate, NonlinearPart, Symmetric};
 use crate::energy::{Derivatives, Law, Stretch};
-use crate::numerics::lanes::{Lanes, all};
+use crate::numerics::directions::{Directions, all};
 use crate::numerics::vector::components;
 use crate::rod::discrete::DiscreteRod;
 use crate::rod::layout::{Layout, LayoutBending};
 use crate::rod::{
-    ChangedRods, EffectiveStrains, FrameRate, ReferenceFrames, RodGeometry, Sensitive,
+    ChangedRods, EffectiveStrains, ForwardSensitivity, FrameRate, ReferenceFrames, RodGeometry,
 };
 use num_dual::Dual64;
 
@@ -30,9 +30,9 @@ pub trait RateLayout<const N: usize, const S: usize>: Layout<N, S> {
     /// of the load on a node.
     fn gradient_rates<const G: usize>(
         geometry: &Self::Geometry,
-        axial: impl Fn(usize, f64) -> Lanes<G>,
-        stress: impl Fn(usize, &[f64; S]) -> [Lanes<G>; S],
-        load: impl Fn(usize) -> [Lanes<G>; N],
+        axial: impl Fn(usize, f64) -> Directions<G>,
+        stress: impl Fn(usize, &[f64; S]) -> [Directions<G>; S],
+        load: impl Fn(usize) -> [Directions<G>; N],
         out: &mut [[f64; G]],
     );
 
@@ -55,8 +55,8 @@ pub trait RateLayout<const N: usize, const S: usize>: Layout<N, S> {
         frames: &[FrameRate<G>],
         geometry: &Self::Geometry,
         q: &[[f64; G]],
-        edges: &mut [Lanes<G>],
-        joints: &mut [[Lanes<G>; S]],
+        edges: &mut [Directions<G>],
+        joints: &mut [[Directions<G>; S]],
     );
 }
 
@@ -66,12 +66,12 @@ pub struct StressRate<const S: usize, const G: usize> {
     /// The stresses.
     pub value: [f64; S],
     /// Their derivatives.
-    pub rate: [Lanes<G>; S],
+    pub rate: [Directions<G>; S],
 }
 
 /// Derivatives of stiffness and natural stress of one joint along `G` parameters.
 type JointRate<L, const N: usize, const S: usize, const G: usize> =
-    LawRate<<L as Layout<N, S>>::Stiffness<Lanes<G>>, S, G>;
+    LawRate<<L as Layout<N, S>>::Stiffness<Directions<G>>, S, G>;
 
 /// Derivatives of the laws and loads of a rod along `G` parameters.
 #[derive(Clone, Debug)]
@@ -80,20 +80,20 @@ pub struct Rates<L: RateLayout<N, S>, const N: usize, const S: usize, const G: u
     elastic: bool,
     /// Derivatives of stiffness and natural stress of the law of each edge at fixed unknowns: they include the change
     /// of the strain by that of the rest length.
-    pub(super) stretch: Vec<LawRate<[Lanes<G>; 1], 1, G>>,
+    pub(super) stretch: Vec<LawRate<[Directions<G>; 1], 1, G>>,
     /// The same derivatives at fixed strains.
-    axial: Vec<LawRate<[Lanes<G>; 1], 1, G>>,
+    axial: Vec<LawRate<[Directions<G>; 1], 1, G>>,
     /// Parts of the laws of the edges beyond the linear ones, with the derivative along each parameter; empty for
     /// linear laws.
     pub(super) nonlinear: Vec<[NonlinearPart<Dual64>; G]>,
     /// Derivatives of the rest lengths, over the rest lengths.
-    pub(super) rest: Vec<Lanes<G>>,
+    pub(super) rest: Vec<Directions<G>>,
     /// Laws of the joints.
     pub(super) joint: Vec<JointRate<L, N, S, G>>,
     /// Nonlinear bending of the joints, with the derivative along each parameter; empty for linear laws.
     pub(super) bending: Vec<[LayoutBending<L, Dual64, N, S>; G]>,
     /// Dead loads on the nodes, N.
-    pub(super) load: Vec<[Lanes<G>; N]>,
+    pub(super) load: Vec<[Directions<G>; N]>,
     /// Springs of internal friction, if there are any.
     sliders: Option<SliderRates<G>>,
 }
@@ -122,9 +122,9 @@ impl<L: RateLayout<N, S>, const N: usize, const S: usize, const G: usize> Rates<
     /// rest length.
     #[cold]
     #[inline(never)]
-    fn nonlinear_rate(&self, i: usize, strain: f64) -> Lanes<G> {
-        let Some(nonlinear) = self.nonlinear.get(i) else { return Lanes::ZERO };
-        Lanes(components(|g| {
+    fn nonlinear_rate(&self, i: usize, strain: f64) -> Directions<G> {
+        let Some(nonlinear) = self.nonlinear.get(i) else { return Directions::ZERO };
+        Directions(components(|g| {
             nonlinear[g].force(Dual64::new(strain, -(1.0 + strain) * self.rest[i].0[g])).eps
         }))
     }
@@ -134,9 +134,9 @@ impl<L: RateLayout<N, S>, const N: usize, const S: usize, const G: usize> Rates<
     /// The derivatives of the stresses of joint `i` beyond its linear law, N m, at fixed strains.
     #[cold]
     #[inline(never)]
-    fn bending_rate(&self, i: usize, strains: &[f64; S]) -> [Lanes<G>; S] {
+    fn bending_rate(&self, i: usize, strains: &[f64; S]) -> [Directions<G>; S] {
         let strains = components(|c| Dual64::from(strains[c]));
-        let mut rates = [Lanes::ZERO; S];
+        let mut rates = [Directions::ZERO; S];
         for (g, bending) in self.bending[i].iter().enumerate() {
             let stress = bending.stress(&strains);
             for c in 0..S {
@@ -152,8 +152,8 @@ type Dual<L, const N: usize, const S: usize> = DiscreteRod<Dual64, L, N, S>;
 
 /// One number `of` each of the `G` dual rods, one SIMD lane per rod.
 #[inline(always)]
-fn lanes<R, const G: usize>(duals: &[R; G], of: impl Fn(&R) -> f64) -> Lanes<G> {
-    Lanes(components(|g| of(&duals[g])))
+fn lanes<R, const G: usize>(duals: &[R; G], of: impl Fn(&R) -> f64) -> Directions<G> {
+    Directions(components(|g| of(&duals[g])))
 }
 
 /// Adds to lane `g` of `out` the gradient derivatives of dead moments, user-defined energies and contacts of dual rod
@@ -202,10 +202,10 @@ fn stress_rates<W, K, const S: usize, const G: usize>(
     rates: &[LawRate<K, S, G>],
     strains: &EffectiveStrains<G>,
     first: usize,
-    out: &mut [Lanes<G>],
+    out: &mut [Directions<G>],
 ) where
     W: Law<f64, S>,
-    K: Symmetric<Lanes<G>, S>,
+    K: Symmetric<Directions<G>, S>,
 {
     let (count, natural) = (laws.len(), if strains.natural { 1.0 } else { 0.0 });
     let rates = &rates[..count];
@@ -215,8 +215,8 @@ fn stress_rates<W, K, const S: usize, const G: usize>(
     for i in 0..count {
         let rate = &rates[i];
         // d(K s) = K ds + dK s, and the change of the natural part.
-        let stiff: [Lanes<G>; S] = laws[i].stiffness().times(&changes[i]);
-        let changed: [Lanes<G>; S] = rate.stiffness.times(&values[i]);
+        let stiff: [Directions<G>; S] = laws[i].stiffness().times(&changes[i]);
+        let changed: [Directions<G>; S] = rate.stiffness.times(&values[i]);
         for c in 0..S {
             out[i][c] = stiff[c] + changed[c] + rate.offset[c] * natural;
         }
@@ -228,8 +228,8 @@ fn stress_rates<W, K, const S: usize, const G: usize>(
     let values = &strains.own[first..].as_chunks::<S>().0[..count];
     let changes = &strains.own_rates[first..].as_chunks::<S>().0[..count];
     for i in 0..count {
-        let stiff: [Lanes<G>; S] = laws[i].stiffness().uncoupled().times(&changes[i]);
-        let changed: [Lanes<G>; S] = rates[i].stiffness.uncoupled().times(&values[i]);
+        let stiff: [Directions<G>; S] = laws[i].stiffness().uncoupled().times(&changes[i]);
+        let changed: [Directions<G>; S] = rates[i].stiffness.uncoupled().times(&values[i]);
         for c in 0..S {
             out[i][c] += stiff[c] + changed[c];
         }
@@ -244,22 +244,22 @@ fn viscous_stress<K, M, const S: usize, const G: usize>(
     stiffness: &K,
     rate: &M,
     [values, own]: [&[[f64; S]]; 2],
-    [changes, own_changes]: [&[[Lanes<G>; S]]; 2],
+    [changes, own_changes]: [&[[Directions<G>; S]]; 2],
     i: usize,
 ) -> StressRate<S, G>
 where
     K: Symmetric<f64, S>,
-    M: Symmetric<Lanes<G>, S>,
+    M: Symmetric<Directions<G>, S>,
 {
     let mut value: [f64; S] = stiffness.times(&values[i]);
-    let (stiff, changed): ([Lanes<G>; S], [Lanes<G>; S]) =
+    let (stiff, changed): ([Directions<G>; S], [Directions<G>; S]) =
         (stiffness.times(&changes[i]), rate.times(&values[i]));
     let mut rates = components(|c| stiff[c] + changed[c]);
     // Strains with times of their own act without the coupling of bending and twisting.
     if let (Some(own), Some(own_change)) = (own.get(i), own_changes.get(i)) {
         let (stiffness, rate) = (stiffness.uncoupled(), rate.uncoupled());
         let own_value: [f64; S] = stiffness.times(own);
-        let (stiff, changed): ([Lanes<G>; S], [Lanes<G>; S]) =
+        let (stiff, changed): ([Directions<G>; S], [Directions<G>; S]) =
             (stiffness.times(own_change), rate.times(own));
         for c in 0..S {
             value[c] += own_value[c];
@@ -269,7 +269,9 @@ where
     StressRate { value, rate: rates }
 }
 
-impl<L: RateLayout<N, S>, const N: usize, const S: usize> Sensitive for DiscreteRod<f64, L, N, S> {
+impl<L: RateLayout<N, S>, const N: usize, const S: usize> ForwardSensitivity
+    for DiscreteRod<f64, L, N, S>
+{
     type Rates<const G: usize> = Rates<L, N, S, G>;
 
     /// Overwrites `rates` with the derivatives that the dual rods contain, one lane per rod: laws, rest lengths, dead
@@ -289,7 +291,7 @@ impl<L: RateLayout<N, S>, const N: usize, const S: usize> Sensitive for Discrete
         axial.clear();
         for (i, law) in first.stretch.iter().enumerate() {
             let laws = duals.each_ref().map(|rod| &rod.stretch[i]);
-            let mut rate = LawRate::<[Lanes<G>; 1], 1, G>::from_duals(laws);
+            let mut rate = LawRate::<[Directions<G>; 1], 1, G>::from_duals(laws);
             axial.push(rate);
             // The strain at fixed unknowns changes with the rest length l: d eps/dl = -(1 + eps)/l.
             let length = law.rest_length.re;
@@ -366,7 +368,7 @@ impl<L: RateLayout<N, S>, const N: usize, const S: usize> Sensitive for Discrete
             out.fill([0.0; G]);
             for (i, load) in load.iter().enumerate() {
                 for c in 0..N {
-                    out[L::STRIDE * i + c] = (Lanes::ZERO - load[c]).0;
+                    out[L::STRIDE * i + c] = (Directions::ZERO - load[c]).0;
                 }
             }
         }
@@ -385,14 +387,14 @@ impl<L: RateLayout<N, S>, const N: usize, const S: usize> Sensitive for Discrete
     fn rest_strain_rates<const G: usize>(
         rates: &Self::Rates<G>,
         geometry: &L::Geometry,
-        out: &mut [Lanes<G>],
+        out: &mut [Directions<G>],
     ) {
         let (edges, joints) = out.split_at_mut(rates.rest.len());
         let strains = geometry.edge_strains();
         for ((out, strain), rest) in edges.iter_mut().zip(strains).zip(&rates.rest) {
             *out = *rest * -(1.0 + strain);
         }
-        joints.fill(Lanes::ZERO);
+        joints.fill(Directions::ZERO);
     }
 
     /// Adds to `out` the derivatives of the strains that follow from those of the unknowns, `q`, and of the reference
@@ -403,7 +405,7 @@ impl<L: RateLayout<N, S>, const N: usize, const S: usize> Sensitive for Discrete
         frames: &[FrameRate<G>],
         geometry: &L::Geometry,
         q: &[[f64; G]],
-        out: &mut [Lanes<G>],
+        out: &mut [Directions<G>],
     ) {
         let (edges, joints) = out.split_at_mut(self.stretch.len());
         let joints = joints.as_chunks_mut::<S>().0;
@@ -413,7 +415,12 @@ impl<L: RateLayout<N, S>, const N: usize, const S: usize> Sensitive for Discrete
     /// Converts `out`, the derivatives of the stretches of friction springs without slip, to those with slip. `z` are
     /// the stretches without slip. A spring beyond its limit gets the derivative of `z R/|z|`, also by its limit `R`;
     /// others stay.
-    fn slip_rates<const G: usize>(&self, rates: &Self::Rates<G>, z: &[f64], out: &mut [Lanes<G>]) {
+    fn slip_rates<const G: usize>(
+        &self,
+        rates: &Self::Rates<G>,
+        z: &[f64],
+        out: &mut [Directions<G>],
+    ) {
         let (Some(springs), Some(changes)) = (&self.sliders, &rates.sliders) else { return };
         let (z, out) = (z.as_chunks::<S>().0, out.as_chunks_mut::<S>().0);
         for (i, (z, out)) in z.iter().zip(out).enumerate() {
@@ -431,7 +438,7 @@ impl<L: RateLayout<N, S>, const N: usize, const S: usize> Sensitive for Discrete
         rates: &Self::Rates<G>,
         strains: &EffectiveStrains<G>,
         geometry: &L::Geometry,
-        out: &mut [Lanes<G>],
+        out: &mut [Directions<G>],
     ) {
         let edges = self.stretch.len();
         let (axial, joints) = out.split_at_mut(edges);
@@ -505,7 +512,7 @@ impl<L: RateLayout<N, S>, const N: usize, const S: usize> Sensitive for Discrete
     #[inline(always)]
     fn stressed_rate<const G: usize>(
         changed: Option<ChangedRods<'_, Self, G>>,
-        stress: &[Lanes<G>],
+        stress: &[Directions<G>],
         geometry: &L::Geometry,
         q: &[f64],
         frames: &L::Frames<f64>,
@@ -515,7 +522,8 @@ impl<L: RateLayout<N, S>, const N: usize, const S: usize> Sensitive for Discrete
         let edges = q.len().div_ceil(L::STRIDE) - 1;
         let (axial, joints) = stress.split_at(edges);
         let (joints, _) = joints.as_chunks::<S>();
-        let load = |i: usize| changed.map_or([Lanes::ZERO; N], |changed| changed.rates.load[i]);
+        let load =
+            |i: usize| changed.map_or([Directions::ZERO; N], |changed| changed.rates.load[i]);
         L::gradient_rates(geometry, |i, _| axial[i], |i, _| joints[i], load, out);
         if let Some(ChangedRods { duals, .. }) = changed {
             add_others(duals, q, frames, derivatives, false, out);

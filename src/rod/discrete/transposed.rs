@@ -9,11 +9,11 @@
 
 use crate::energy::Law;
 use crate::energy::law::{LawSlopes, NonlinearPart, Symmetric};
-use crate::numerics::lanes::Lanes;
+use crate::numerics::directions::Directions;
 use crate::rod::discrete::DiscreteRod;
 use crate::rod::discrete::rates::{RateLayout, Rates};
 use crate::rod::moments;
-use crate::rod::transposed::{LawDerivatives, Strained, Transposed};
+use crate::rod::transposed::{LawDerivatives, StressInputs, Transposed};
 use num_dual::Dual64;
 
 /// Adds to `slopes`, one per law, the derivatives of the misfit by stiffness and natural stress from those `w` by the
@@ -21,7 +21,7 @@ use num_dual::Dual64;
 /// bending and twisting. Entries of `w` and of the strains for these laws begin at index `first`.
 fn add_slopes<K: Symmetric<f64, S>, const S: usize>(
     w: &[f64],
-    Strained { strains, own, .. }: Strained<'_>,
+    StressInputs { strains, own, .. }: StressInputs<'_>,
     first: usize,
     slopes: &mut [LawSlopes],
 ) {
@@ -67,7 +67,7 @@ impl<L: RateLayout<N, S>, const N: usize, const S: usize> Transposed for Discret
     /// stresses, at the effective strains `strained`. If `strained.counted`, those by relative changes of rest lengths,
     /// `w K (1 + s)`, are added. Nonlinear laws of edges and joints add those by their moduli, natural strains and rest
     /// lengths, at the present strains.
-    fn add_to_laws(&self, w: &[f64], strained: Strained, to: &mut LawDerivatives) {
+    fn add_to_laws(&self, w: &[f64], strained: StressInputs, to: &mut LawDerivatives) {
         let edges = self.stretch.len();
         add_slopes::<[f64; 1], 1>(w, strained, 0, &mut to.stretch);
         add_slopes::<L::Stiffness<f64>, S>(w, strained, edges, &mut to.joint);
@@ -124,7 +124,7 @@ impl<L: RateLayout<N, S>, const N: usize, const S: usize> Transposed for Discret
                 + rate.arc_ratio.eps * by.arc_ratio
         };
         let nonlinear: f64 = nonlinear.map(along).sum();
-        let all = stretch.chain(rest.chain(load).map(|(Lanes([rate]), to)| rate * to));
+        let all = stretch.chain(rest.chain(load).map(|(Directions([rate]), to)| rate * to));
         all.sum::<f64>()
             + nonlinear
             + dual.moments.along(&laws.moment)

@@ -7,7 +7,7 @@
 //! `B = ds/dq`, one SIMD lane per parameter. Forward sensitivities use them.
 
 use crate::energy::Stretch;
-use crate::numerics::lanes::{Lanes, dot};
+use crate::numerics::directions::{Directions, dot};
 use crate::rod::FrameRate;
 use crate::rod::discrete::{RateLayout, StressRate};
 use crate::rod::layout::Plane;
@@ -19,14 +19,14 @@ impl RateLayout<2, 1> for Plane {
     #[inline(always)]
     fn gradient_rates<const G: usize>(
         geometry: &Geometry,
-        axial: impl Fn(usize, f64) -> Lanes<G>,
-        stress: impl Fn(usize, &[f64; 1]) -> [Lanes<G>; 1],
-        load: impl Fn(usize) -> [Lanes<G>; 2],
+        axial: impl Fn(usize, f64) -> Directions<G>,
+        stress: impl Fn(usize, &[f64; 1]) -> [Directions<G>; 1],
+        load: impl Fn(usize) -> [Directions<G>; 2],
         out: &mut [[f64; G]],
     ) {
         let out = out.as_chunks_mut::<2>().0;
-        let mut carried = [Lanes::ZERO; 2];
-        let mut node = |i: usize, force: [Lanes<G>; 2]| {
+        let mut carried = [Directions::ZERO; 2];
+        let mut node = |i: usize, force: [Directions<G>; 2]| {
             let load = load(i);
             for c in 0..2 {
                 out[i][c] = (carried[c] - force[c] - load[c]).0;
@@ -34,8 +34,8 @@ impl RateLayout<2, 1> for Plane {
             carried = force;
         };
         // One pass along the rod: a node takes the forces of its two edges, an edge the moments of its two joints.
-        let mut before = Lanes::ZERO;
-        let by_edge = |i: usize, moment: Lanes<G>| -> [Lanes<G>; 2] {
+        let mut before = Directions::ZERO;
+        let by_edge = |i: usize, moment: Directions<G>| -> [Directions<G>; 2] {
             let PlanarEdgeGeometry { tangent: [t0, t1], normal: [n0, n1], strain, .. } =
                 geometry.edges[i];
             let axial = axial(i, strain);
@@ -48,7 +48,7 @@ impl RateLayout<2, 1> for Plane {
         }
         let i = geometry.joints.len();
         node(i, by_edge(i, before));
-        node(i + 1, [Lanes::ZERO; 2]);
+        node(i + 1, [Directions::ZERO; 2]);
     }
 
     /// Overwrites `out` with the derivatives of the node forces, N, of given axial forces and joint moments. They
@@ -71,16 +71,20 @@ impl RateLayout<2, 1> for Plane {
         let (edges, joints) = (&geometry.edges[..count], &geometry.joints[..count - 1]);
         let q = &q.as_chunks::<2>().0[..=count];
         let out = &mut out.as_chunks_mut::<2>().0[..=count];
-        let change =
-            |j: usize| [Lanes(q[j + 1][0]) - Lanes(q[j][0]), Lanes(q[j + 1][1]) - Lanes(q[j][1])];
+        let change = |j: usize| {
+            [
+                Directions(q[j + 1][0]) - Directions(q[j][0]),
+                Directions(q[j + 1][1]) - Directions(q[j][1]),
+            ]
+        };
         let mut e = change(0);
         let mut turn = dot(&edges[0].normal, &e);
-        let (mut moment, mut moment_rate) = (0.0, Lanes::ZERO);
-        let mut carried = [Lanes::ZERO; 2];
+        let (mut moment, mut moment_rate) = (0.0, Directions::ZERO);
+        let mut carried = [Directions::ZERO; 2];
         for j in 0..count {
             let edge = &edges[j];
             // The moment of the joint after the edge, with its derivative; none after the last edge.
-            let (mut next, mut next_rate) = (0.0, Lanes::ZERO);
+            let (mut next, mut next_rate) = (0.0, Directions::ZERO);
             let (mut next_e, mut next_turn) = (e, turn);
             if j + 1 < count {
                 next_e = change(j + 1);
@@ -117,14 +121,17 @@ impl RateLayout<2, 1> for Plane {
         _: &[FrameRate<G>],
         geometry: &Geometry,
         q: &[[f64; G]],
-        edges: &mut [Lanes<G>],
-        joints: &mut [[Lanes<G>; 1]],
+        edges: &mut [Directions<G>],
+        joints: &mut [[Directions<G>; 1]],
     ) {
         let count = geometry.edges.len();
         let (q, stretch) = (&q.as_chunks::<2>().0[..=count], &stretch[..count]);
-        let mut before = Lanes::ZERO;
+        let mut before = Directions::ZERO;
         for (j, PlanarEdgeGeometry { tangent, normal, .. }) in geometry.edges.iter().enumerate() {
-            let e = [Lanes(q[j + 1][0]) - Lanes(q[j][0]), Lanes(q[j + 1][1]) - Lanes(q[j][1])];
+            let e = [
+                Directions(q[j + 1][0]) - Directions(q[j][0]),
+                Directions(q[j + 1][1]) - Directions(q[j][1]),
+            ];
             edges[j] += dot(tangent, &e) * stretch[j].rest_length.recip();
             let turn = dot(normal, &e);
             if j > 0 {

@@ -13,7 +13,7 @@
 
 use crate::energy::PlanarBend;
 use crate::energy::planar_bend::{curvature, curvature_between};
-use crate::numerics::scalar::{Nestable, Scalar, SimdScalar, Sweep};
+use crate::numerics::scalar::{RodScalar, Scalar, SimdScalar, Sweep};
 use crate::rod::blocks::{block, tension, window};
 use crate::rod::columns::write_gradient;
 use crate::rod::layout::{self, EdgeBlocks, EdgeSink, Plane};
@@ -49,7 +49,7 @@ pub struct PlanarBlocks<'a, D: Scalar, V: SimdScalar<D>> {
     edge: PlanarEdge<V>,
 }
 
-impl<'a, D: Nestable, V: SimdScalar<D>> PlanarBlocks<'a, D, V> {
+impl<'a, D: RodScalar, V: SimdScalar<D>> PlanarBlocks<'a, D, V> {
     /// The elastic laws of the joints after the edges from index `first` on, one per lane; without stiffness beyond the
     /// last joint.
     #[inline(always)]
@@ -73,7 +73,7 @@ impl<'a, D: Nestable, V: SimdScalar<D>> PlanarBlocks<'a, D, V> {
     }
 }
 
-impl<'a, D: Nestable, V: SimdScalar<D>> EdgeBlocks<'a, D, V, Plane, 2, 1>
+impl<'a, D: RodScalar, V: SimdScalar<D>> EdgeBlocks<'a, D, V, Plane, 2, 1>
     for PlanarBlocks<'a, D, V>
 {
     type Block = PlanarEdgePairs<V>;
@@ -196,7 +196,7 @@ impl<'a, D: Nestable, V: SimdScalar<D>> EdgeBlocks<'a, D, V, Plane, 2, 1>
 /// The edges from index `first` on at the unknowns `q`, one per SIMD lane. Beyond the last edge the rod is continued
 /// straight.
 #[inline(always)]
-fn edges_at<D: Nestable, V: SimdScalar<D>>(
+fn edges_at<D: RodScalar, V: SimdScalar<D>>(
     q: &[D],
     level: V::Level,
     first: usize,
@@ -242,12 +242,12 @@ fn by_edge<V: Scalar>(
 /// Overwrites the gradient alone, N, by the hand-derived formulas. An edge carries its axial force, and the difference
 /// of the moments at its ends over its length as shear force. The gradient at a node is the difference of the forces of
 /// its two edges, less its load.
-pub(super) struct PlanarGradient<'a, D: Nestable> {
+pub(super) struct PlanarGradient<'a, D: RodScalar> {
     pub at: At<'a, D>,
     pub gradient: &'a mut [D],
 }
 
-impl<D: Nestable> Sweep<D> for PlanarGradient<'_, D> {
+impl<D: RodScalar> Sweep<D> for PlanarGradient<'_, D> {
     type Output = ();
 
     /// Overwrites the gradient of all nodes, less their dead loads, N, block by block with one edge per SIMD lane.

@@ -20,7 +20,7 @@
 //! d c = -c d chi/chi - v d tau     d v = -v d chi/chi + c d tau     d u = rho d chi/chi + d c
 //! ```
 
-use crate::numerics::lanes::{Lanes, dot as lanes_dot};
+use crate::numerics::directions::{Directions, dot as lanes_dot};
 use crate::rod::discrete::StressRate;
 use crate::rod::edges::STRIDE;
 use crate::rod::frames::FrameRate;
@@ -30,9 +30,9 @@ use crate::rod::spatial::geometry::{SpatialEdgeGeometry, SpatialJointGeometry, e
 #[derive(Clone, Copy)]
 pub(super) struct EdgeMotion<const G: usize> {
     /// Of its tangent towards the directors, and of its turn about itself, rad.
-    pub rotation: [Lanes<G>; 3],
+    pub rotation: [Directions<G>; 3],
     /// Of the logarithm of its length.
-    stretch: Lanes<G>,
+    stretch: Directions<G>,
 }
 
 impl<const G: usize> EdgeMotion<G> {
@@ -51,7 +51,7 @@ impl<const G: usize> EdgeMotion<G> {
         let (a, b) = (lanes_dot(&across[0], &e), lanes_dot(&across[1], &e));
         // The director follows the tangent from its reference, which moves itself.
         let turned = frame.turn + lanes_dot(follow, &frame.tangent) * *length;
-        let h = Lanes(q[STRIDE * j + 3]) + turned + a * turn[0] + b * turn[1];
+        let h = Directions(q[STRIDE * j + 3]) + turned + a * turn[0] + b * turn[1];
         Self { rotation: [a, b, h], stretch: lanes_dot(tangent, &e) * *inverse_length }
     }
 }
@@ -60,12 +60,12 @@ impl<const G: usize> EdgeMotion<G> {
 #[derive(Clone, Copy)]
 pub(super) struct EdgeForceRate<const G: usize> {
     value: [f64; 3],
-    rate: [Lanes<G>; 3],
+    rate: [Directions<G>; 3],
 }
 
 impl<const G: usize> EdgeForceRate<G> {
     /// No stress.
-    pub const ZERO: Self = Self { value: [0.0; 3], rate: [Lanes::ZERO; 3] };
+    pub const ZERO: Self = Self { value: [0.0; 3], rate: [Directions::ZERO; 3] };
 
     /// The sum with `other`, of values and of derivatives.
     #[inline(always)]
@@ -142,8 +142,8 @@ pub(super) fn edge_force_rate<const G: usize>(
     motion: &EdgeMotion<G>,
     pull: &EdgeForceRate<G>,
     force: f64,
-    force_rate: Lanes<G>,
-) -> ([Lanes<G>; 3], Lanes<G>) {
+    force_rate: Directions<G>,
+) -> ([Directions<G>; 3], Directions<G>) {
     let SpatialEdgeGeometry { length, inverse_length, tangent, across, turn, by_chi, .. } =
         measured;
     let (EdgeMotion { rotation: [p, q, h], stretch }, [g1, g2]) = (*motion, *turn);

@@ -9,7 +9,7 @@
 use crate::energy::DeadLoad;
 use crate::energy::frame::Frames;
 use crate::energy::joint::{EdgeState, JointGradient};
-use crate::numerics::scalar::{Nestable, SimdScalar, Sweep};
+use crate::numerics::scalar::{RodScalar, SimdScalar, Sweep};
 use crate::numerics::vector::{add, sub};
 use crate::rod::columns::write_gradient;
 use crate::rod::edges::STRIDE;
@@ -27,7 +27,7 @@ struct GradientWriter<'a, D, V> {
     carried: [V; 3],
 }
 
-impl<'a, D: Nestable, V: SimdScalar<D>> GradientWriter<'a, D, V> {
+impl<'a, D: RodScalar, V: SimdScalar<D>> GradientWriter<'a, D, V> {
     /// The writer before the first edge. `load` are the dead loads on all nodes.
     #[inline(always)]
     fn new(level: V::Level, load: &'a [DeadLoad<D, 3>], gradient: &'a mut [D]) -> Self {
@@ -63,12 +63,12 @@ impl<'a, D: Nestable, V: SimdScalar<D>> GradientWriter<'a, D, V> {
 }
 
 /// Overwrites the gradient at given frames, by the hand-derived formulas.
-pub(super) struct Gradient<'a, D: Nestable> {
+pub(super) struct Gradient<'a, D: RodScalar> {
     pub at: At<'a, D>,
     pub gradient: &'a mut [D],
 }
 
-impl<D: Nestable> Sweep<D> for Gradient<'_, D> {
+impl<D: RodScalar> Sweep<D> for Gradient<'_, D> {
     type Output = ();
 
     /// Overwrites the gradient of all nodes and angles at the given frames, less the dead loads, block by block with
@@ -89,14 +89,14 @@ impl<D: Nestable> Sweep<D> for Gradient<'_, D> {
 }
 
 /// Moves the frames to the edges at `q` and overwrites the gradient there.
-pub(super) struct MovedGradient<'a, D: Nestable> {
+pub(super) struct MovedGradient<'a, D: RodScalar> {
     pub elements: Elements<'a, D>,
     pub q: &'a [D],
     pub frames: &'a mut Frames<D>,
     pub gradient: &'a mut [D],
 }
 
-impl<D: Nestable> Sweep<D> for MovedGradient<'_, D> {
+impl<D: RodScalar> Sweep<D> for MovedGradient<'_, D> {
     type Output = ();
 
     /// Moves the frames and their twists, and overwrites the gradient of all nodes and angles, less the dead loads,

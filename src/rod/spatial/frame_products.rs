@@ -9,7 +9,7 @@
 //! Output: derivatives of the gradient (N) along those of the frames, derivatives of the frames after a step, and the
 //! transposes of both for the adjoint.
 
-use crate::numerics::lanes::{Lanes, dot as lanes_dot};
+use crate::numerics::directions::{Directions, dot as lanes_dot};
 use crate::numerics::vector::{Vector, add, cross, dot, scale, sub};
 use crate::rod::edges::STRIDE;
 use crate::rod::frames::{FrameRate, RodGeometry};
@@ -18,7 +18,7 @@ use crate::rod::spatial::geometry::{Geometry, SpatialEdgeGeometry, SpatialJointG
 
 /// The cross product `a x b` of a vector of plain numbers and a vector of lanes.
 #[inline(always)]
-fn lanes_cross<const G: usize>(a: &Vector<f64>, b: &[Lanes<G>; 3]) -> [Lanes<G>; 3] {
+fn lanes_cross<const G: usize>(a: &Vector<f64>, b: &[Directions<G>; 3]) -> [Directions<G>; 3] {
     [b[2] * a[1] - b[1] * a[2], b[0] * a[2] - b[2] * a[0], b[1] * a[0] - b[0] * a[1]]
 }
 
@@ -60,7 +60,7 @@ impl RodGeometry for Geometry {
     ) {
         let count = self.edges.len();
         let (edges, frames) = (&self.edges[..count], &frames[..count]);
-        let mut carried = [Lanes::ZERO; 3];
+        let mut carried = [Directions::ZERO; 3];
         for j in 0..count {
             let (edge, rate) = (&edges[j], &frames[j]);
             let own: &mut [[f64; G]; STRIDE] =
@@ -75,13 +75,13 @@ impl RodGeometry for Geometry {
                 out[STRIDE * j..].first_chunk_mut().expect("an edge's first node");
             for c in 0..3 {
                 let force = turned[c] * sideways - along * edge.follow[c];
-                node[c] = (Lanes(node[c]) + carried[c] - force).0;
+                node[c] = (Directions(node[c]) + carried[c] - force).0;
                 carried[c] = force;
             }
         }
         for c in 0..3 {
             let last = &mut out[STRIDE * count + c];
-            *last = (Lanes(*last) + carried[c]).0;
+            *last = (Directions(*last) + carried[c]).0;
         }
     }
 
@@ -145,7 +145,7 @@ impl RodGeometry for Geometry {
             for c in 0..3 {
                 q[STRIDE * j + c] -= e[c];
                 q[STRIDE * (j + 1) + c] += e[c];
-                frame.tangent[c] = Lanes([follow[c] * length * turn]);
+                frame.tangent[c] = Directions([follow[c] * length * turn]);
             }
         }
     }

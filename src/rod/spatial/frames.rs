@@ -13,7 +13,7 @@
 //! - `director` returns the first material director of an edge in the rod's axes.
 
 use crate::energy::frame::{EdgeFrame, Frames, transported_twist};
-use crate::numerics::scalar::Nestable;
+use crate::numerics::scalar::RodScalar;
 use crate::numerics::vector::{Vector, dot, unit};
 use crate::rod::edges::STRIDE;
 use crate::rod::frames::ReferenceFrames;
@@ -21,7 +21,7 @@ use crate::rod::layout::{Layout, Space};
 use crate::rod::spatial::moving::Rebase;
 use std::f64::consts::TAU;
 
-impl<D: Nestable> ReferenceFrames<D> for Frames<D> {
+impl<D: RodScalar> ReferenceFrames<D> for Frames<D> {
     /// Frames from those of all edges and the reference twists of all joints, rad.
     fn from_parts(edges: Vec<EdgeFrame<D>>, twist: Vec<D>) -> Self {
         Self { edges, twist }

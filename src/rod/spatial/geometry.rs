@@ -9,7 +9,7 @@
 //! `Geometry` has one `SpatialEdgeGeometry` per edge (length, directions, strain, rotation since its reference) and one
 //! `SpatialJointGeometry` per joint (strains and their derivatives).
 
-use crate::numerics::lanes::Lanes;
+use crate::numerics::directions::Directions;
 use crate::numerics::vector::Vector;
 use crate::rod::edges::STRIDE;
 
@@ -49,9 +49,9 @@ pub struct Geometry {
 /// The vector of edge `j` (second node less first) in each of `G` lists of unknowns or of their derivatives, one list
 /// per lane.
 #[inline(always)]
-pub(super) fn edge<const G: usize>(q: &[[f64; G]], j: usize) -> [Lanes<G>; 3] {
+pub(super) fn edge<const G: usize>(q: &[[f64; G]], j: usize) -> [Directions<G>; 3] {
     let own: &[[f64; G]; 7] =
         q[STRIDE * j..].first_chunk().expect("an edge's nodes are nodes of the rod");
-    let along = |c: usize| Lanes(own[STRIDE + c]) - Lanes(own[c]);
+    let along = |c: usize| Directions(own[STRIDE + c]) - Directions(own[c]);
     [along(0), along(1), along(2)]
 }

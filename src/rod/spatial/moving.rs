@@ -8,7 +8,7 @@
 
 use crate::energy::frame::{EdgeFrame, Frames, moved_twist, vector_after};
 use crate::energy::joint::{DirectedEdge, EdgeState};
-use crate::numerics::scalar::{Nestable, Scalar, SimdScalar, Sweep};
+use crate::numerics::scalar::{RodScalar, Scalar, SimdScalar, Sweep};
 use crate::numerics::vector::{Vector, dot, scale};
 use crate::rod::blocks::block;
 use crate::rod::spatial::sweep::{frames_at, vectors_at};
@@ -74,7 +74,7 @@ pub(super) struct MovingFrames<'a, D, V: SimdScalar<D>> {
     edges: MovedEdges<V>,
 }
 
-impl<'a, D: Nestable, V: SimdScalar<D>> MovingFrames<'a, D, V> {
+impl<'a, D: RodScalar, V: SimdScalar<D>> MovingFrames<'a, D, V> {
     /// Moves the first block of `frames` to the unknowns `q`, and returns the iterator over all blocks.
     #[inline(always)]
     pub fn new(q: &'a [D], frames: &'a mut Frames<D>, level: V::Level) -> Self {
@@ -113,7 +113,7 @@ impl<'a, D: Nestable, V: SimdScalar<D>> MovingFrames<'a, D, V> {
 /// Moves the frames of one block of edges, from index `first` on, to their tangents at the unknowns `q`. Overwrites
 /// these `frames` and returns the edges with their old tangents; the reference twists stay.
 #[inline(always)]
-fn move_edges<D: Nestable, V: SimdScalar<D>>(
+fn move_edges<D: RodScalar, V: SimdScalar<D>>(
     q: &[D],
     frames: &mut [EdgeFrame<D>],
     level: V::Level,
@@ -140,7 +140,7 @@ pub(super) struct Rebase<'a, D> {
     pub frames: &'a mut Frames<D>,
 }
 
-impl<D: Nestable> Sweep<D> for Rebase<'_, D> {
+impl<D: RodScalar> Sweep<D> for Rebase<'_, D> {
     type Output = ();
 
     /// Moves all frames to the unknowns `q`, block by block, with numbers `V` in SIMD lanes.

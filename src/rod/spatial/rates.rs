@@ -8,7 +8,7 @@
 //! sensitivities use them.
 
 use crate::energy::Stretch;
-use crate::numerics::lanes::{Lanes, dot as lanes_dot};
+use crate::numerics::directions::{Directions, dot as lanes_dot};
 use crate::rod::discrete::{RateLayout, StressRate};
 use crate::rod::edges::STRIDE;
 use crate::rod::frames::FrameRate;
@@ -24,12 +24,12 @@ impl RateLayout<3, 3> for Space {
     #[inline(always)]
     fn gradient_rates<const G: usize>(
         Geometry { edges, joints }: &Geometry,
-        axial: impl Fn(usize, f64) -> Lanes<G>,
-        stress: impl Fn(usize, &[f64; 3]) -> [Lanes<G>; 3],
-        load: impl Fn(usize) -> [Lanes<G>; 3],
+        axial: impl Fn(usize, f64) -> Directions<G>,
+        stress: impl Fn(usize, &[f64; 3]) -> [Directions<G>; 3],
+        load: impl Fn(usize) -> [Directions<G>; 3],
         out: &mut [[f64; G]],
     ) {
-        let by_edge = |i: usize, [p, q, h]: [Lanes<G>; 3]| -> [Lanes<G>; 3] {
+        let by_edge = |i: usize, [p, q, h]: [Directions<G>; 3]| -> [Directions<G>; 3] {
             let SpatialEdgeGeometry { tangent, strain, across: [m1, m2], turn, .. } = &edges[i];
             let force = axial(i, *strain);
             let (p, q) = (p + h * turn[0], q + h * turn[1]);
@@ -37,7 +37,7 @@ impl RateLayout<3, 3> for Space {
             [along(0), along(1), along(2)]
         };
         // One pass along the rod: a node takes the forces of its two edges, an edge the stresses of its two joints.
-        let (mut carried, mut open) = ([Lanes::ZERO; 3], [Lanes::ZERO; 3]);
+        let (mut carried, mut open) = ([Directions::ZERO; 3], [Directions::ZERO; 3]);
         for (i, SpatialJointGeometry { strains, by: [by_e, by_f] }) in joints.iter().enumerate() {
             let w = stress(i, strains);
             let pull =
@@ -80,7 +80,7 @@ impl RateLayout<3, 3> for Space {
         let (joints, frames) = (&joints[..count - 1], &frames[..count]);
         let mut motion = EdgeMotion::new(&edges[0], &frames[0], q, 0);
         let mut open = EdgeForceRate::ZERO;
-        let mut carried = [Lanes::ZERO; 3];
+        let mut carried = [Directions::ZERO; 3];
         for j in 0..count {
             // First the joint before the edge, from the last pass, then the joint after it.
             let mut pull = open;
@@ -116,10 +116,10 @@ impl RateLayout<3, 3> for Space {
         frames: &[FrameRate<G>],
         geometry: &Geometry,
         q: &[[f64; G]],
-        edges: &mut [Lanes<G>],
-        joints: &mut [[Lanes<G>; 3]],
+        edges: &mut [Directions<G>],
+        joints: &mut [[Directions<G>; 3]],
     ) {
-        let mut before = [Lanes::ZERO; 3];
+        let mut before = [Directions::ZERO; 3];
         for (j, (measured, frame)) in geometry.edges.iter().zip(frames).enumerate() {
             let SpatialEdgeGeometry { length, tangent, across, turn, follow, .. } = measured;
             let e = edge(q, j);
@@ -127,7 +127,7 @@ impl RateLayout<3, 3> for Space {
             // Rotations of the edge towards its directors, and its turn about the tangent with that of the frame.
             let (a, b) = (lanes_dot(&across[0], &e), lanes_dot(&across[1], &e));
             let turned = frame.turn + lanes_dot(follow, &frame.tangent) * *length;
-            let own = [a, b, Lanes(q[STRIDE * j + 3]) + turned + a * turn[0] + b * turn[1]];
+            let own = [a, b, Directions(q[STRIDE * j + 3]) + turned + a * turn[0] + b * turn[1]];
             if let Some(i) = j.checked_sub(1) {
                 let [by_e, by_f] = &geometry.joints[i].by;
                 for c in 0..3 {

@@ -15,7 +15,7 @@ use crate::energy::Law;
 use crate::energy::bend_twist::{EdgeState, JointLaw, Stiffness};
 use crate::energy::frame::{EdgeFrame, one_plus_dot};
 use crate::energy::joint::{EdgeSum, Joint, between};
-use crate::numerics::scalar::{Nestable, Scalar, SimdScalar};
+use crate::numerics::scalar::{RodScalar, Scalar, SimdScalar};
 use crate::numerics::vector::{Vector, combine, scale, sub};
 use crate::rod::blocks::{block, tension, window};
 use crate::rod::edges::STRIDE;
@@ -63,7 +63,7 @@ pub struct SpatialBlocks<'a, D: Scalar, V: SimdScalar<D>> {
     edges: Edges<V>,
 }
 
-impl<'a, D: Nestable, V: SimdScalar<D>> SpatialBlocks<'a, D, V> {
+impl<'a, D: RodScalar, V: SimdScalar<D>> SpatialBlocks<'a, D, V> {
     /// Stiffnesses and stresses, N m, of the joints of a block, one per lane, with nonlinear bending and the active
     /// friction springs.
     #[inline(always)]
@@ -75,7 +75,7 @@ impl<'a, D: Nestable, V: SimdScalar<D>> SpatialBlocks<'a, D, V> {
     }
 }
 
-impl<'a, D: Nestable, V: SimdScalar<D>> EdgeBlocks<'a, D, V, Space, 3, 3>
+impl<'a, D: RodScalar, V: SimdScalar<D>> EdgeBlocks<'a, D, V, Space, 3, 3>
     for SpatialBlocks<'a, D, V>
 {
     type Block = SpatialEdgePairs<V>;
@@ -234,7 +234,7 @@ impl<'a, D: Nestable, V: SimdScalar<D>> EdgeBlocks<'a, D, V, Space, 3, 3>
 
 /// The elastic laws of the joints after the edges from index `first` on; without stiffness beyond the last joint.
 #[inline(always)]
-pub(super) fn joints<D: Nestable, V: SimdScalar<D>>(
+pub(super) fn joints<D: RodScalar, V: SimdScalar<D>>(
     all: &[JointLaw<D>],
     level: V::Level,
     first: usize,
@@ -246,7 +246,7 @@ pub(super) fn joints<D: Nestable, V: SimdScalar<D>>(
 /// The vectors, m, and angles, rad, of the edges from index `first` on at the unknowns `q`, one edge per lane. Beyond
 /// the last edge the rod is continued straight.
 #[inline(always)]
-pub(super) fn vectors_at<D: Nestable, V: SimdScalar<D>>(
+pub(super) fn vectors_at<D: RodScalar, V: SimdScalar<D>>(
     q: &[D],
     level: V::Level,
     first: usize,
@@ -268,7 +268,7 @@ pub(super) fn vectors_at<D: Nestable, V: SimdScalar<D>>(
 
 /// The reference frames of the edges from index `first` on, one per lane; lanes beyond the last edge have its frame.
 #[inline(always)]
-pub(super) fn frames_at<D: Nestable, V: SimdScalar<D>>(
+pub(super) fn frames_at<D: RodScalar, V: SimdScalar<D>>(
     frames: &[EdgeFrame<D>],
     level: V::Level,
     first: usize,
@@ -281,7 +281,7 @@ pub(super) fn frames_at<D: Nestable, V: SimdScalar<D>>(
 /// Lengths, directors, angles and reference frames of the edges from index `first` on at the unknowns `q`, one edge per
 /// lane. Beyond the last edge the rod is continued straight.
 #[inline(always)]
-fn edges_at<D: Nestable, V: SimdScalar<D>>(
+fn edges_at<D: RodScalar, V: SimdScalar<D>>(
     q: &[D],
     frames: &[EdgeFrame<D>],
     level: V::Level,

@@ -1,7 +1,7 @@
 //! User-defined energies for the tests of this folder: magnet, foundation, bending, stretching, floor.
 
 use rodfit::Scalar;
-use rodfit::energy::{By, Curvatures, Directors, OwnEnergy, Place, Slopes};
+use rodfit::energy::{Argument, Directors, EnergyGradient, EnergyHessian, OwnEnergy, Place};
 use rodfit::numerics::vector::{Vector, add, cross, dot, scale, sub};
 use rodfit::scene::number::{Candidates, Quantity};
 
@@ -33,9 +33,9 @@ impl OwnEnergy<2, 1> for Magnet {
         [moment]: &[D; 1],
         _: &[Vector<D>; 2],
         _: &[Directors<D>],
-    ) -> Option<Slopes<D, 2>> {
+    ) -> Option<EnergyGradient<D, 2>> {
         let slope = self.field.map(|b| *moment * -b);
-        self.by_hand.then(|| Slopes::default().with(By::Tangent(0), slope))
+        self.by_hand.then(|| EnergyGradient::default().with(Argument::Tangent(0), slope))
     }
     fn hessian<D: Scalar>(
         &self,
@@ -43,8 +43,8 @@ impl OwnEnergy<2, 1> for Magnet {
         _: &[D; 1],
         _: &[Vector<D>; 2],
         _: &[Directors<D>],
-    ) -> Option<Curvatures<D, 2>> {
-        self.by_hand.then(Curvatures::default)
+    ) -> Option<EnergyHessian<D, 2>> {
+        self.by_hand.then(EnergyHessian::default)
     }
     fn keeps_plane(&self, _: &[f64; 1], normal: [f64; 3], _: [f64; 3]) -> bool {
         dot(normal, self.field).abs() < 1e-12
@@ -77,10 +77,10 @@ impl OwnEnergy<1, 2> for Foundation {
         [k, k3]: &[D; 2],
         nodes: &[Vector<D>; 1],
         _: &[Directors<D>],
-    ) -> Option<Slopes<D, 1>> {
+    ) -> Option<EnergyGradient<D, 1>> {
         let way = sub(nodes[0], place.node(0));
         let force = scale(way, (*k + *k3 * dot(way, way)) * place.length());
-        self.by_hand.then(|| Slopes::default().with(By::Node(0), force))
+        self.by_hand.then(|| EnergyGradient::default().with(Argument::Node(0), force))
     }
     fn hessian<D: Scalar>(
         &self,
@@ -88,7 +88,7 @@ impl OwnEnergy<1, 2> for Foundation {
         [k, k3]: &[D; 2],
         nodes: &[Vector<D>; 1],
         _: &[Directors<D>],
-    ) -> Option<Curvatures<D, 1>> {
+    ) -> Option<EnergyHessian<D, 1>> {
         let way = sub(nodes[0], place.node(0));
         let along = (*k + *k3 * dot(way, way)) * place.length();
         let block = [0, 1, 2].map(|r| {
@@ -97,7 +97,8 @@ impl OwnEnergy<1, 2> for Foundation {
                 if r == c { entry + along } else { entry }
             })
         });
-        self.by_hand.then(|| Curvatures::default().with(By::Node(0), By::Node(0), block))
+        self.by_hand
+            .then(|| EnergyHessian::default().with(Argument::Node(0), Argument::Node(0), block))
     }
     fn keeps_plane(&self, _: &[f64; 2], _: [f64; 3], _: [f64; 3]) -> bool {
         true
@@ -243,18 +244,18 @@ impl OwnEnergy<3, 1> for Everything {
         [size]: &[D; 1],
         nodes: &[Vector<D>; 3],
         edges: &[Directors<D>],
-    ) -> Option<Slopes<D, 3>> {
+    ) -> Option<EnergyGradient<D, 3>> {
         let [a, b, c, d] = PULLS.map(|pull| pull.map(|x| *size * x));
         let unit = PULLS.map(|pull| pull.map(D::from));
         let by_node = scale(d, dot(unit[0], edges[1][2]));
         Some(
-            Slopes::default()
-                .with(By::Second(0), scale(a, dot(unit[0], edges[0][2])))
-                .with(By::First(1), scale(b, dot(unit[2], edges[0][0])))
-                .with(By::Tangent(0), scale(c, dot(unit[1], edges[1][1])))
-                .with(By::Node(2), by_node)
-                .with(By::Node(0), by_node.map(|g| -g))
-                .with(By::Second(1), scale(a, dot(unit[3], sub(nodes[2], nodes[0])))),
+            EnergyGradient::default()
+                .with(Argument::Second(0), scale(a, dot(unit[0], edges[0][2])))
+                .with(Argument::First(1), scale(b, dot(unit[2], edges[0][0])))
+                .with(Argument::Tangent(0), scale(c, dot(unit[1], edges[1][1])))
+                .with(Argument::Node(2), by_node)
+                .with(Argument::Node(0), by_node.map(|g| -g))
+                .with(Argument::Second(1), scale(a, dot(unit[3], sub(nodes[2], nodes[0])))),
         )
     }
     fn hessian<D: Scalar>(
@@ -263,14 +264,18 @@ impl OwnEnergy<3, 1> for Everything {
         [size]: &[D; 1],
         _: &[Vector<D>; 3],
         _: &[Directors<D>],
-    ) -> Option<Curvatures<D, 3>> {
+    ) -> Option<EnergyHessian<D, 3>> {
         let [a, b, c, d] = PULLS.map(|pull| pull.map(D::from));
         Some(
-            Curvatures::default()
-                .with(By::Second(0), By::Second(0), outer(a, a, *size))
-                .with(By::First(1), By::Tangent(0), outer(b, c, *size))
-                .with(By::Node(2), By::Second(1), outer(d, a, *size))
-                .with(By::Node(0), By::Second(1), outer(d, a, -*size * (1.0 + self.wrong))),
+            EnergyHessian::default()
+                .with(Argument::Second(0), Argument::Second(0), outer(a, a, *size))
+                .with(Argument::First(1), Argument::Tangent(0), outer(b, c, *size))
+                .with(Argument::Node(2), Argument::Second(1), outer(d, a, *size))
+                .with(
+                    Argument::Node(0),
+                    Argument::Second(1),
+                    outer(d, a, -*size * (1.0 + self.wrong)),
+                ),
         )
     }
 }

@@ -20,7 +20,7 @@ use crate::dynamics::step::{Step, StepperSettings, System, Work};
 use crate::dynamics::stepper::newton::Newton;
 use crate::dynamics::stepper::newton::timed_forces::add_timed_now;
 use crate::error::Error;
-use crate::numerics::scalar::Nestable;
+use crate::numerics::scalar::RodScalar;
 use crate::numerics::tangent::Factors;
 use crate::rod::{Rod, State};
 use crate::scene::{Scheme, StepTolerance};
@@ -30,7 +30,7 @@ use crate::scene::{Scheme, StepTolerance};
 /// and prescribed ones. Strain rates are the differences of the strains over the `change` of all unknowns in two such
 /// steps, divided by `2 h`. They do not follow from velocities, because the velocities of a rotating edge would stretch
 /// it. The rates are stored in `state` if it has internal variables. [`Error::SingularTangent`] for a singular matrix.
-pub(crate) fn acceleration_within<D: Nestable, R: Rod<D>>(
+pub(crate) fn acceleration_within<D: RodScalar, R: Rod<D>>(
     h: f64,
     system: &System<D, R>,
     state: &mut State<D, R::Frames>,
@@ -78,7 +78,7 @@ pub(crate) fn acceleration_within<D: Nestable, R: Rod<D>>(
     Ok(a)
 }
 
-impl<D: Nestable, R: Rod<D>> Newton<D, R> {
+impl<D: RodScalar, R: Rod<D>> Newton<D, R> {
     /// Sets the forces at the start, N, to those that cause the accelerations `a`: `-m a` for the free unknowns, with
     /// loads in time added, which the forces of a state leave out. For generalised-alpha sets the accelerations to `a`.
     /// Averaging schemes have neither, and nothing changes.

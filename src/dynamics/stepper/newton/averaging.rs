@@ -11,11 +11,11 @@ use crate::dynamics::linearization::StageForces;
 use crate::dynamics::step::Step;
 use crate::dynamics::stepper::newton::Newton;
 use crate::dynamics::stepper::newton::timed_forces::add_moments;
-use crate::numerics::scalar::Nestable;
+use crate::numerics::scalar::RodScalar;
 use crate::numerics::tangent::Tangent;
 use crate::rod::{Rod, State};
 
-impl<D: Nestable, R: Rod<D>> Newton<D, R> {
+impl<D: RodScalar, R: Rod<D>> Newton<D, R> {
     /// Overwrites the solver's gradient and, if `with_tangent`, its tangent by the unknowns at the end. They are the
     /// mean over the straight line from `before` to the iterate `state`, plus the viscous forces at the end, if any.
     /// The values at the stages are stored in `stages`.

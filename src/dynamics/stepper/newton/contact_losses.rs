@@ -10,10 +10,10 @@
 
 use crate::dynamics::step::{Step, System};
 use crate::dynamics::stepper::newton::{Newton, accelerations};
-use crate::numerics::scalar::Nestable;
+use crate::numerics::scalar::RodScalar;
 use crate::rod::{Rod, State, StepVelocities};
 
-impl<D: Nestable, R: Rod<D>> Newton<D, R> {
+impl<D: RodScalar, R: Rod<D>> Newton<D, R> {
     /// Subtracts the damping and friction forces of contacts, N, at the velocities of the iterate `state` from the
     /// solver's gradient. If `with_tangent`, their derivatives, N/m, are subtracted from its tangent. Velocities of
     /// free unknowns are those of the scheme at the end of the step, of held ones those in `state`. Nothing without
@@ -44,7 +44,7 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
 
 /// Subtracts the damping and friction forces of contacts, N, at the velocities of a state from its forces,
 /// `state.unbalanced`. Nothing without such forces.
-pub(super) fn add_contact_losses_now<D: Nestable, R: Rod<D>>(
+pub(super) fn add_contact_losses_now<D: RodScalar, R: Rod<D>>(
     system: &System<D, R>,
     state: &mut State<D, R::Frames>,
 ) {

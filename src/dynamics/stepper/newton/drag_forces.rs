@@ -10,7 +10,7 @@
 
 use crate::dynamics::coefficients::StepCoefficients;
 use crate::dynamics::step::Step;
-use crate::numerics::scalar::Nestable;
+use crate::numerics::scalar::RodScalar;
 use crate::numerics::tangent::Tangent;
 use crate::numerics::vector::Vector;
 use crate::rod::{NodalDrag, State};
@@ -28,7 +28,7 @@ pub(super) struct DragForces<D, T> {
     pub matrix: T,
 }
 
-impl<D: Nestable, T: Tangent<D>> DragForces<D, T> {
+impl<D: RodScalar, T: Tangent<D>> DragForces<D, T> {
     /// Work arrays without drag, for a rod with `n` unknowns. `matrix` is any matrix with the pattern of its tangent.
     pub fn new(n: usize, matrix: T) -> Self {
         let zero = vec![D::from(0.0); n];

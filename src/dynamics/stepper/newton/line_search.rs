@@ -11,7 +11,7 @@
 use crate::dynamics::step::{Step, Work};
 use crate::dynamics::stepper::newton::Newton;
 use crate::error::Error;
-use crate::numerics::scalar::Nestable;
+use crate::numerics::scalar::RodScalar;
 use crate::rod::{Rod, State};
 
 /// Largest number of corrections. Each may take one node from slip to stick or back.
@@ -23,7 +23,7 @@ const DECREASE: f64 = 1e-4;
 /// Full correction, over the length of the rod, near which full corrections converge.
 const NEAR: f64 = 1e-9;
 
-impl<D: Nestable, R: Rod<D>> Newton<D, R> {
+impl<D: RodScalar, R: Rod<D>> Newton<D, R> {
     /// Overwrites `state` with an approximate solution of the step from `before`, by corrections from constant
     /// velocities, each by the largest of the parts 1, 1/2, 1/4, .. that decreases the residuals.
     /// [`Error::SingularTangent`] for a zero pivot.

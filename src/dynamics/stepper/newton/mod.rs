@@ -45,7 +45,7 @@ use crate::dynamics::linearization::{Linearization, StageForces, StartForces};
 use crate::dynamics::step::{Step, StepperSettings, System, Work};
 use crate::dynamics::viscosity;
 use crate::error::Error;
-use crate::numerics::scalar::{Nestable, is_finite};
+use crate::numerics::scalar::{RodScalar, is_finite};
 use crate::numerics::simd::with_simd;
 use crate::numerics::tangent::{Factors, Tangent};
 use crate::rod::{EdgeMoment, FactorsOf, Rod, State, UnknownForce, Viscosity};
@@ -70,7 +70,7 @@ const MAX_ITERATIONS: usize = 40;
 
 /// The arguments of a step's solution as work for a vector unit. A closure instead would be compiled without its
 /// instructions.
-struct Solution<'a, 'b, D: Nestable, R: Rod<D>> {
+struct Solution<'a, 'b, D: RodScalar, R: Rod<D>> {
     newton: &'a mut Newton<D, R>,
     step: &'a Step<'b, D, R>,
     before: &'a State<D, R::Frames>,
@@ -78,7 +78,7 @@ struct Solution<'a, 'b, D: Nestable, R: Rod<D>> {
     work: &'a mut Work,
 }
 
-impl<D: Nestable, R: Rod<D>> pulp::NullaryFnOnce for Solution<'_, '_, D, R> {
+impl<D: RodScalar, R: Rod<D>> pulp::NullaryFnOnce for Solution<'_, '_, D, R> {
     type Output = Result<(), Error>;
 
     /// Solves the step with the arguments of this struct, compiled for the instruction set of the caller.
@@ -91,7 +91,7 @@ impl<D: Nestable, R: Rod<D>> pulp::NullaryFnOnce for Solution<'_, '_, D, R> {
 /// The accelerations of the unknowns in `range` at the start of a step; `None` if the step's equations do not contain
 /// them.
 #[inline(always)]
-fn accelerations<'a, D: Nestable>(
+fn accelerations<'a, D: RodScalar>(
     coefficients: &StepCoefficients<D>,
     all: &'a [D],
     range: Range<usize>,
@@ -101,7 +101,7 @@ fn accelerations<'a, D: Nestable>(
 
 /// The Newton solver for the steps of one scheme and one rod, with its work arrays.
 #[derive(Clone, Debug)]
-pub(crate) struct Newton<D: Nestable, R: Rod<D>> {
+pub(crate) struct Newton<D: RodScalar, R: Rod<D>> {
     scheme: Scheme,
     /// The scheme's parameter.
     parameter: D,
@@ -157,7 +157,7 @@ pub(crate) struct Newton<D: Nestable, R: Rod<D>> {
     next: StartForces<D, R::Tangent>,
 }
 
-impl<D: Nestable, R: Rod<D>> Newton<D, R> {
+impl<D: RodScalar, R: Rod<D>> Newton<D, R> {
     /// The solver of a scheme for a rod with the initial `state`. With viscous damping or internal friction the
     /// internal variables of `state` are initialized: strains of that state, zero rates and spring stretches.
     /// Tangents are not kept.
@@ -392,7 +392,9 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
             let rod = viscous.as_ref().unwrap_or(&step.system.rod);
             let tensions = tensions.expected();
             match with_tangent {
-                true => rod.tangent_under(q, frames, derivatives, tensions, gradient, tangent),
+                true => {
+                    rod.tangent_with_tensions(q, frames, derivatives, tensions, gradient, tangent)
+                }
                 false => rod.gradient(q, frames, derivatives, gradient),
             }
         }
@@ -418,11 +420,11 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
             if with_tangent {
                 let slope = self.coefficients.damped_velocity_slope();
                 drag_forces.set_matrix(drag, slope, &self.tangent);
-                step.system.prescribed.uncouple(&mut drag_forces.matrix);
+                step.system.prescribed.eliminate_rows_and_columns(&mut drag_forces.matrix);
             }
         }
         if with_tangent {
-            step.system.prescribed.uncouple(&mut self.tangent);
+            step.system.prescribed.eliminate_rows_and_columns(&mut self.tangent);
         }
     }
 

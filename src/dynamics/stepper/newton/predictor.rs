@@ -11,7 +11,7 @@
 
 use crate::dynamics::coefficients::StepCoefficients;
 use crate::dynamics::step::Step;
-use crate::numerics::scalar::Nestable;
+use crate::numerics::scalar::RodScalar;
 use crate::rod::{Rod, State};
 use crate::scene::prescribed_motion::MotionTime;
 
@@ -40,7 +40,7 @@ pub struct Predictor<D> {
     prescribed: Vec<D>,
 }
 
-impl<D: Nestable> Predictor<D> {
+impl<D: RodScalar> Predictor<D> {
     /// The predictor without stored velocities; the first step is predicted with constant velocity.
     pub fn new() -> Self {
         Self { earlier: Vec::new(), prescribed: Vec::new() }

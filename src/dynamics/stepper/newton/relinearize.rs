@@ -9,10 +9,10 @@
 use crate::dynamics::step::{Step, System, Work};
 use crate::dynamics::stepper::newton::Newton;
 use crate::error::Error;
-use crate::numerics::scalar::Nestable;
+use crate::numerics::scalar::RodScalar;
 use crate::rod::{Rod, State};
 
-impl<D: Nestable, R: Rod<D>> Newton<D, R> {
+impl<D: RodScalar, R: Rod<D>> Newton<D, R> {
     /// Overwrites coefficients, tangents and factors of the solver with those of a step from `before` to `after`, as
     /// a step with [kept tangents](Self::keep_tangent) does, and adds counts to `work`. Averaging schemes are
     /// excluded: their stages are not evaluated. A zero pivot is [`Error::SingularTangent`].

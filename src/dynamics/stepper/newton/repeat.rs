@@ -9,11 +9,11 @@
 
 use crate::dynamics::step::{Step, Work};
 use crate::dynamics::stepper::newton::Newton;
-use crate::numerics::scalar::Nestable;
+use crate::numerics::scalar::RodScalar;
 use crate::numerics::tangent::Factors;
 use crate::rod::{Rod, State};
 
-impl<D: Nestable, R: Rod<D>> Newton<D, R> {
+impl<D: RodScalar, R: Rod<D>> Newton<D, R> {
     /// Overwrites `state` with the unknowns and forces at the end of a step from `before`, with their derivatives.
     /// `solved` are the unknowns at the end of the same step in plain numbers, and `plain` is its solver, with the
     /// factors at that solution. `work` counts one gradient per order of derivatives. It does not fail.

@@ -12,10 +12,10 @@
 
 use crate::dynamics::step::{Step, System};
 use crate::dynamics::stepper::newton::{Newton, accelerations};
-use crate::numerics::scalar::Nestable;
+use crate::numerics::scalar::RodScalar;
 use crate::rod::{Rod, RotationRates, State};
 
-impl<D: Nestable, R: Rod<D>> Newton<D, R> {
+impl<D: RodScalar, R: Rod<D>> Newton<D, R> {
     /// Adds the inertia forces of rotating bodies to the solver's gradient, and if `with_tangent` their derivatives to
     /// its tangent. The velocities are those of the scheme at the end, from the change between `before` and the iterate
     /// `state`.
@@ -78,7 +78,7 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
 }
 
 /// Adds the inertia forces of rotating bodies at the velocities of a state to its forces, `state.unbalanced`.
-pub(super) fn add_inertia_now<D: Nestable, R: Rod<D>>(
+pub(super) fn add_inertia_now<D: RodScalar, R: Rod<D>>(
     system: &System<D, R>,
     state: &mut State<D, R::Frames>,
 ) {
@@ -93,7 +93,7 @@ pub(super) fn add_inertia_now<D: Nestable, R: Rod<D>>(
 
 /// Adds to the accelerations of rotating bodies in `state` the parts by products of inertia, which have derivatives
 /// only. One fixed-point iteration per order of derivatives; none in plain numbers.
-pub(super) fn add_coupled_accelerations<D: Nestable, R: Rod<D>>(
+pub(super) fn add_coupled_accelerations<D: RodScalar, R: Rod<D>>(
     system: &System<D, R>,
     state: &mut State<D, R::Frames>,
 ) {

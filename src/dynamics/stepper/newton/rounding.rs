@@ -14,7 +14,7 @@ use crate::dynamics::linearization::StageForces;
 use crate::dynamics::step::{Step, Work};
 use crate::dynamics::stepper::newton::{MAX_ITERATIONS, Newton};
 use crate::error::Error;
-use crate::numerics::scalar::Nestable;
+use crate::numerics::scalar::RodScalar;
 use crate::numerics::tangent::Tangent;
 use crate::rod::{Rod, State};
 use std::ops::Range;
@@ -28,7 +28,7 @@ const SMALLEST_STEP: f64 = 1e-12;
 /// tangent is formed only if it is not: convergence is quadratic.
 const LAST_STEP: f64 = 1e-8;
 
-impl<D: Nestable, R: Rod<D>> Newton<D, R> {
+impl<D: RodScalar, R: Rod<D>> Newton<D, R> {
     /// Corrects the unknowns of `state`, with a new tangent in each iteration. It ends when all residuals are at their
     /// rounding levels, and the last correction was at most [`LAST_STEP`] lengths of the rod, or at least half of the
     /// one before. It also ends after a correction of at most [`SMALLEST_STEP`] lengths. Numbers that carry derivatives

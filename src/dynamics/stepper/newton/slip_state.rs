@@ -7,7 +7,7 @@
 //! this: the distance of all springs from their limits must exceed `MAX_STRAIN_CHANGE` times the correction (over the
 //! rod's length) times the number of edges.
 
-use crate::numerics::scalar::Nestable;
+use crate::numerics::scalar::RodScalar;
 use crate::rod::{InternalVariables, Rod};
 
 /// Largest change of a strain by a correction of a node, divided by the correction over the length of an edge. A larger
@@ -27,7 +27,7 @@ pub(super) struct SlipState<D> {
     pub is_current: bool,
 }
 
-impl<D: Nestable> SlipState<D> {
+impl<D: RodScalar> SlipState<D> {
     /// Empty lists of strains and stretches, before the first step; they are not current.
     pub fn new() -> Self {
         Self { strains: Vec::new(), z: Vec::new(), slid: Vec::new(), is_current: false }
@@ -62,7 +62,7 @@ impl<D: Nestable> SlipState<D> {
 
 /// Overwrites `z` with the stretches, without slip, of the `count` friction springs: those in `before` plus the
 /// change of their strains since then. The strains of the springs are the last `count` of `strains`.
-pub fn stretch_springs<D: Nestable>(
+pub fn stretch_springs<D: RodScalar>(
     count: usize,
     before: &InternalVariables<D>,
     strains: &[D],

@@ -21,11 +21,11 @@ use crate::dynamics::stepper::newton::rotating_bodies::{
 };
 use crate::dynamics::stepper::newton::timed_forces::add_timed_now;
 use crate::dynamics::viscosity;
-use crate::numerics::scalar::Nestable;
+use crate::numerics::scalar::RodScalar;
 use crate::rod::{InternalVariables, Rod, State};
 use crate::scene::Scheme;
 
-impl<D: Nestable, R: Rod<D>> Newton<D, R> {
+impl<D: RodScalar, R: Rod<D>> Newton<D, R> {
     /// Overwrites `state.unbalanced` with the forces at the start of the next step, N: elastic gradient less loads with
     /// viscous, Maxwell and friction stress, plus mass damping and inertia of rotating bodies, less drag forces and
     /// losses of contacts. Loads in time are left out. Averaging schemes have only half of the viscous stress (zero for

@@ -20,7 +20,7 @@
 //! next one. Output: `Tensions::expected`, one tension (N) per edge for the next tangent, or `None` for those of the
 //! strains.
 
-use crate::numerics::scalar::Nestable;
+use crate::numerics::scalar::RodScalar;
 use crate::rod::Rod;
 
 /// Two numbers of tangents in a step: usual ones up to which predicted tensions are not needed, and those under
@@ -56,7 +56,7 @@ pub(super) struct TangentCount {
     pub is_done: bool,
 }
 
-impl<D: Nestable> Tensions<D> {
+impl<D: RodScalar> Tensions<D> {
     /// No prediction, for a rod with edges of the mean length `edge`, m.
     pub fn unknown(edge: f64) -> Self {
         Self { expected: Vec::new(), known: false, begun: false, usual: 0, edge }

@@ -12,11 +12,11 @@
 
 use crate::dynamics::step::{Step, System};
 use crate::dynamics::stepper::newton::Newton;
-use crate::numerics::scalar::Nestable;
+use crate::numerics::scalar::RodScalar;
 use crate::numerics::tangent::Tangent;
 use crate::rod::{EdgeMoment, Rod, State, UnknownForce, work_of};
 
-impl<D: Nestable, R: Rod<D>> Newton<D, R> {
+impl<D: RodScalar, R: Rod<D>> Newton<D, R> {
     /// Adds the mean forces of loads in time, times their factor, to minus the residual, kg m, of free unknowns. Unless
     /// the scheme averages, the forces of their mean moments at the start of the step are added too.
     #[inline(always)]
@@ -74,7 +74,7 @@ impl<D: Nestable, R: Rod<D>> Newton<D, R> {
 
 /// Adds the gradients, N, of the potentials of `moments` at the unknowns `q` to `gradient` and, if one is given, their
 /// second derivatives, N/m, to `tangent`.
-pub(super) fn add_moments<D: Nestable, T: Tangent<D>>(
+pub(super) fn add_moments<D: RodScalar, T: Tangent<D>>(
     moments: &[EdgeMoment<D>],
     q: &[D],
     gradient: &mut [D],
@@ -92,7 +92,7 @@ pub(super) fn add_moments<D: Nestable, T: Tangent<D>>(
 
 /// Adds to `forces`, N, those of loads in time at the time `t`, s: forces on nodes, and those of moments on edges at
 /// the unknowns `q`. Nothing without loads in time.
-pub(super) fn add_timed_now<D: Nestable, R: Rod<D>>(
+pub(super) fn add_timed_now<D: RodScalar, R: Rod<D>>(
     system: &System<D, R>,
     t: f64,
     q: &[D],

@@ -1,13 +1,13 @@
 //! Derivatives of tendons by hand against those of the definition in dual numbers, at random states.
 
 use crate::energy::Derivatives;
-use crate::energy::adapter::{AnyEnergy, Chart, MOST, Over, OwnLocal, Site};
+use crate::energy::adapter::{AnyEnergy, Chart, ElementContext, EnergyOver, MOST, OwnLocal};
 use crate::energy::bend_twist::{EdgeState, to_edges};
 use crate::energy::frame::EdgeFrame;
 use crate::energy::joint::Joint;
 use crate::energy::tendon::RoutePart;
 use crate::energy::tendon::element::TendonElement;
-use crate::numerics::scalar::Nestable;
+use crate::numerics::scalar::RodScalar;
 use crate::numerics::vector::{Vector, add, cross, scale, unit};
 use num_dual::{Dual64, HyperDual64};
 use rand::{RngExt, SeedableRng};
@@ -107,9 +107,9 @@ impl Case {
     }
 
     /// First and second derivatives over the scalar `D`, by hand or in dual numbers, and the gradient alone.
-    fn derivatives<D: Nestable>(
+    fn derivatives<D: RodScalar>(
         &self,
-        energy: &dyn Over<D>,
+        energy: &dyn EnergyOver<D>,
         over: impl Fn(f64, usize) -> D + Copy,
         derivatives: Derivatives,
     ) -> (OwnLocal<D>, [D; MOST]) {
@@ -125,7 +125,13 @@ impl Case {
         let frames: Vec<EdgeFrame<D>> = self.frames.iter().map(|f| f.map(D::from)).collect();
         let (values, place, q) = (all(&[self.tension]), all(&self.place), all(&self.q));
         let weight = self.weight.map(D::from);
-        let site = Site { chart: &chart, frames: &frames, values: &values, place: &place, weight };
+        let site = ElementContext {
+            chart: &chart,
+            frames: &frames,
+            values: &values,
+            place: &place,
+            weight,
+        };
         let unset = D::from(f64::NAN);
         let mut local = ([unset; MOST], [[unset; MOST]; MOST]);
         let mut gradient = [unset; MOST];
@@ -136,9 +142,9 @@ impl Case {
 
     /// The largest difference of derivatives by hand from those in dual numbers, over the largest entry of gradient and
     /// Hessian, with lengths in units of the first edge; `parts` are the numbers of a scalar.
-    fn error<D: Nestable>(
+    fn error<D: RodScalar>(
         &self,
-        energy: &dyn Over<D>,
+        energy: &dyn EnergyOver<D>,
         over: impl Fn(f64, usize) -> D + Copy,
         parts: impl Fn(D) -> [f64; 4],
     ) -> f64 {

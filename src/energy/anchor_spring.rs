@@ -8,25 +8,25 @@
 //! them in dual numbers.
 
 use crate::energy::Derivatives;
-use crate::energy::adapter::{AnyEnergy, MOST, Over, OwnLocal, Site};
+use crate::energy::adapter::{AnyEnergy, ElementContext, EnergyOver, MOST, OwnLocal};
 use crate::numerics::scalar::Scalar;
 use crate::numerics::vector::{Vector, components, dot, map_components};
 use crate::scene::number::Quantity;
 
 /// Spring to the fixed point of the field, m. The stiffness, N/m, is the parameter of the energy.
-pub(crate) struct Tie(pub [f64; 3]);
+pub(crate) struct AnchorSpring(pub [f64; 3]);
 
-impl Tie {
+impl AnchorSpring {
     /// The vector from the fixed point to the node with the unknowns `q`, m.
-    fn displacement<D: Scalar>(&self, site: &Site<D>, q: &[D]) -> Vector<D> {
+    fn displacement<D: Scalar>(&self, site: &ElementContext<D>, q: &[D]) -> Vector<D> {
         let ([x], _) = site.chart.world::<D, 1>(|x| x, q, &[]);
         components(|c| x[c] - self.0[c])
     }
 }
 
-impl<D: Scalar> Over<D> for Tie {
+impl<D: Scalar> EnergyOver<D> for AnchorSpring {
     /// The energy `k |x - x0|^2/2`, J, at the coordinates `q` of the node, m; the weight of the site is not used.
-    fn energy(&self, site: &Site<D>, q: &[D]) -> D {
+    fn energy(&self, site: &ElementContext<D>, q: &[D]) -> D {
         let way = self.displacement(site, q);
         site.values[0] * dot(way, way) * 0.5
     }
@@ -34,7 +34,13 @@ impl<D: Scalar> Over<D> for Tie {
     /// Writes the derivatives by the coordinates `q`, N, to the first entries of `gradient`: the stiffness times the
     /// displacement along each axis of the model. They are the same by either method of derivatives. The weight of the
     /// site is not used.
-    fn gradient(&self, site: &Site<D>, q: &[D], _: Derivatives, gradient: &mut [D; MOST]) {
+    fn gradient(
+        &self,
+        site: &ElementContext<D>,
+        q: &[D],
+        _: Derivatives,
+        gradient: &mut [D; MOST],
+    ) {
         let way = self.displacement(site, q);
         for k in 0..q.len() {
             gradient[k] = site.values[0] * dot(map_components(&site.chart.axis(k), D::from), way);
@@ -43,7 +49,13 @@ impl<D: Scalar> Over<D> for Tie {
 
     /// Writes the gradient and the lower triangle of the Hessian, by the coordinates `q`. The axes are orthonormal, so
     /// that the Hessian is the stiffness times the identity.
-    fn tangent(&self, site: &Site<D>, q: &[D], derivatives: Derivatives, local: &mut OwnLocal<D>) {
+    fn tangent(
+        &self,
+        site: &ElementContext<D>,
+        q: &[D],
+        derivatives: Derivatives,
+        local: &mut OwnLocal<D>,
+    ) {
         self.gradient(site, q, derivatives, &mut local.0);
         for k in 0..q.len() {
             local.1[k][..k].fill(D::from(0.0));
@@ -52,7 +64,7 @@ impl<D: Scalar> Over<D> for Tie {
     }
 }
 
-impl AnyEnergy for Tie {
+impl AnyEnergy for AnchorSpring {
     /// The number of nodes of one element: one.
     fn nodes(&self) -> usize {
         1
@@ -70,7 +82,7 @@ impl AnyEnergy for Tie {
 
     /// Sums of the absolute terms in the gradient (that of the displacement as `|x| + |x0|`) and in the Hessian by `q`,
     /// as the scale of rounding errors. Other entries are zero.
-    fn terms(&self, site: &Site<f64>, q: &[f64]) -> OwnLocal<f64> {
+    fn terms(&self, site: &ElementContext<f64>, q: &[f64]) -> OwnLocal<f64> {
         let ([x], _) = site.chart.world::<f64, 1>(|x| x, q, &[]);
         let large = components(|c| x[c].abs() + self.0[c].abs());
         let mut local = ([0.0; MOST], [[0.0; MOST]; MOST]);
@@ -103,9 +115,14 @@ mod tests {
             (Chart::Space { axes: None }, &[0.3, -0.7, 0.2]),
         ] {
             let values = [Dual64::from(250.0)];
-            let site =
-                Site { chart: &chart, frames: &[], values: &values, place: &[], weight: None };
-            let tie = Tie([0.4, 0.5, -0.6]);
+            let site = ElementContext {
+                chart: &chart,
+                frames: &[],
+                values: &values,
+                place: &[],
+                weight: None,
+            };
+            let tie = AnchorSpring([0.4, 0.5, -0.6]);
             for i in 0..q.len() {
                 let along: Vec<Dual64> =
                     (0..q.len()).map(|j| Dual64::new(q[j], f64::from(i == j))).collect();

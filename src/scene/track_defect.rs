@@ -1,9 +1,9 @@
-//! Defects of a recording of markers ([`Fault`]), their warning codes and texts.
+//! Defects of a recording of markers ([`TrackDefect`]), their warning codes and texts.
 //!
 //! Kinds: lost frames, exchanged labels, missing frames, jumps, gravity in accelerations, and glitches (jumps of a
 //! single frame); other modules detect them. A defect has data of its kind: names of markers, times (s), numbers of
 //! frames, the largest jump or the error of interpolation (m), the mean acceleration (m/s^2). Lost frames and exchanged
-//! labels also have whether they were corrected. [`Fault::code`] is the warning code; the text has finding, consequence
+//! labels also have whether they were corrected. [`TrackDefect::code`] is the warning code; the text has finding, consequence
 //! and action. `retain_distinct` removes jumps that are reported already as lost frames or glitches.
 
 use crate::code::Code;
@@ -18,7 +18,7 @@ pub(super) const JUMP: f64 = 0.01;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case", tag = "fault")]
 #[non_exhaustive]
-pub enum Fault {
+pub enum TrackDefect {
     /// Lost frames: all markers jump together.
     LostFrames {
         /// Time of the last frame before the gap, on the recording's own clock, s.
@@ -74,7 +74,7 @@ pub enum Fault {
     },
 }
 
-impl Fault {
+impl TrackDefect {
     /// Removes from jumps the times, s, within two frame intervals `step`, s, of lost frames among the `others`.
     /// Returns whether the defect is to be kept. False for jumps without times left, or of a marker with glitches among
     /// the `others`; other kinds are kept unchanged.
@@ -105,7 +105,7 @@ impl Fault {
     }
 }
 
-impl fmt::Display for Fault {
+impl fmt::Display for TrackDefect {
     /// Writes finding, consequence and action as text, without the code; a corrected defect has the correction in place
     /// of the action. Several occurrences have their number and the time of the first. Missing frames have the error of
     /// interpolation, m, if it is known; jumps the largest distance, m.

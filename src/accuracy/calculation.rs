@@ -1,4 +1,4 @@
-//! Purposes for which numerics are chosen ([`Aim`]: a motion, an equilibrium, modes, or a first guess), and limits of
+//! Purposes for which numerics are chosen ([`Calculation`]: a motion, an equilibrium, modes, or a first guess), and limits of
 //! the choice: Newton tolerances, largest meshes, allowed numbers of edges.
 //!
 //! [`set_newton_tolerance`] sets the Newton tolerance of a step, an error over the rod length, to a fraction of the
@@ -29,7 +29,7 @@ pub(super) const MAX_SEGMENTS_OF_MODES: usize = 1_000;
 /// Purpose that mesh, step and scheme are chosen for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
-pub enum Aim {
+pub enum Calculation {
     /// The motion over the time of the scene.
     Motion,
     /// The rod at rest under its loads.

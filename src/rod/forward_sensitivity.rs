@@ -1,4 +1,4 @@
-//! Derivatives of the forces and strains of a rod along parameters: the trait [`Sensitive`] of forward sensitivities.
+//! Derivatives of the forces and strains of a rod along parameters: the trait [`ForwardSensitivity`] of forward sensitivities.
 //!
 //! A parameter changes numbers of the rod (stiffnesses, natural strains, rest lengths, loads). One rod over dual
 //! numbers per parameter contains these changes ([`ChangedRods`]). Input: these rods, and the derivatives of unknowns
@@ -10,7 +10,7 @@
 //! s`.
 
 use crate::energy::Derivatives;
-use crate::numerics::lanes::Lanes;
+use crate::numerics::directions::Directions;
 use crate::rod::{FrameRate, Rod, RodGeometry};
 
 /// The effective strains from which the stress at one moment follows, in the order of the strains, with their
@@ -22,25 +22,25 @@ pub struct EffectiveStrains<const G: usize> {
     /// The effective strains, of edges first, then of joints.
     pub values: Vec<f64>,
     /// Their derivatives.
-    pub rates: Vec<Lanes<G>>,
+    pub rates: Vec<Directions<G>>,
     /// Additional effective strains by the viscous times of single kinds of strain, whose stress has no coupling of
     /// bending and twisting; empty for most rods.
     pub own: Vec<f64>,
     /// Their derivatives.
-    pub own_rates: Vec<Lanes<G>>,
+    pub own_rates: Vec<Directions<G>>,
 }
 
 /// The derivatives of the numbers of a rod along `G` parameters.
 #[derive(Debug)]
-pub struct ChangedRods<'a, R: Sensitive, const G: usize> {
+pub struct ChangedRods<'a, R: ForwardSensitivity, const G: usize> {
     /// Dual rods, one for each parameter, which contain the derivatives.
     pub duals: &'a [R::Dual; G],
     /// The derivatives of loads and stresses that these rods contain.
     pub rates: &'a R::Rates<G>,
 }
 
-impl<R: Sensitive, const G: usize> Copy for ChangedRods<'_, R, G> {}
-impl<R: Sensitive, const G: usize> Clone for ChangedRods<'_, R, G> {
+impl<R: ForwardSensitivity, const G: usize> Copy for ChangedRods<'_, R, G> {}
+impl<R: ForwardSensitivity, const G: usize> Clone for ChangedRods<'_, R, G> {
     /// A copy of the references to the dual rods and their rates.
     #[inline(always)]
     fn clone(&self) -> Self {
@@ -50,7 +50,7 @@ impl<R: Sensitive, const G: usize> Clone for ChangedRods<'_, R, G> {
 
 /// A rod with derivatives of its forces along `G` parameters in SIMD lanes. Dual rods, one for each parameter, contain
 /// the derivatives of its numbers. The result in each lane does not depend on the other lanes.
-pub trait Sensitive: Rod<f64, Geometry: RodGeometry> + 'static {
+pub trait ForwardSensitivity: Rod<f64, Geometry: RodGeometry> + 'static {
     /// Derivatives of the loads, and of the stresses as functions of the strains.
     type Rates<const G: usize>: Clone + std::fmt::Debug + Default + Send + Sync;
 
@@ -79,7 +79,7 @@ pub trait Sensitive: Rod<f64, Geometry: RodGeometry> + 'static {
     fn rest_strain_rates<const G: usize>(
         rates: &Self::Rates<G>,
         geometry: &Self::Geometry,
-        out: &mut [Lanes<G>],
+        out: &mut [Directions<G>],
     );
 
     /// Adds to `out`, one row per strain, the derivatives `B dq` of the strains (`B = ds/dq`) that follow from those
@@ -89,13 +89,18 @@ pub trait Sensitive: Rod<f64, Geometry: RodGeometry> + 'static {
         frames: &[FrameRate<G>],
         geometry: &Self::Geometry,
         q: &[[f64; G]],
-        out: &mut [Lanes<G>],
+        out: &mut [Directions<G>],
     );
 
     /// Converts `out`, the derivatives of the stretches of friction springs without slip, to those with slip, in place.
     /// `z` are the stretches without slip. Springs below their limit keep their derivatives; others get those of
     /// `z R/|z|` with the limit `R`. Nothing happens without friction.
-    fn slip_rates<const G: usize>(&self, rates: &Self::Rates<G>, z: &[f64], out: &mut [Lanes<G>]);
+    fn slip_rates<const G: usize>(
+        &self,
+        rates: &Self::Rates<G>,
+        z: &[f64],
+        out: &mut [Directions<G>],
+    );
 
     /// Overwrites `out` with the derivatives of the stresses of all elements, N for edges and N m for joints, at the
     /// effective strains and at fixed unknowns, with the rod at the state of the `geometry`.
@@ -104,7 +109,7 @@ pub trait Sensitive: Rod<f64, Geometry: RodGeometry> + 'static {
         rates: &Self::Rates<G>,
         strains: &EffectiveStrains<G>,
         geometry: &Self::Geometry,
-        out: &mut [Lanes<G>],
+        out: &mut [Directions<G>],
     );
 
     /// Overwrites `out` with the derivatives of the forces, N, of the stresses `K s` of the effective `strains` `s`,
@@ -126,7 +131,7 @@ pub trait Sensitive: Rod<f64, Geometry: RodGeometry> + 'static {
     /// or num-dual.
     fn stressed_rate<const G: usize>(
         changed: Option<ChangedRods<'_, Self, G>>,
-        stress: &[Lanes<G>],
+        stress: &[Directions<G>],
         geometry: &Self::Geometry,
         q: &[f64],
         frames: &Self::Frames,
