@@ -136,6 +136,9 @@ pub mod summary;
 pub mod vibration;
 
 pub use code::Code;
+#[doc(hidden)]
+#[deprecated(since = "0.2.0", note = "renamed to AdjointRun")]
+pub use dynamics::AdjointRun as Reversible;
 /// The old name of [`TrajectorySlopes`].
 #[doc(hidden)]
 #[deprecated(since = "0.2.0", note = "renamed to TrajectorySlopes")]

@@ -1,15 +1,15 @@
-//! Purposes for which numerics are chosen ([`Calculation`]: a motion, an equilibrium, modes, or a first guess), and limits of
-//! the choice: Newton tolerances, largest meshes, allowed numbers of edges.
+//! Calculations for which numerics are chosen ([`Calculation`]: a motion, an equilibrium, modes, or a first guess), and
+//! limits of the choice: Newton tolerances, largest meshes, allowed numbers of edges.
 //!
 //! [`set_newton_tolerance`] sets the Newton tolerance of a step, an error over the rod length, to a fraction of the
 //! requested accuracy ([`RUN_TOLERANCE`], [`TRIAL_TOLERANCE`]), at most [`LARGEST_TOLERANCE`]. It changes a scene only
 //! where the program chose the scheme and that has Newton iterations. Compared meshes at rest, and the first mesh of
-//! any purpose, have at most [`MAX_SEGMENTS`] edges. Compared meshes of modes have at most [`MAX_SEGMENTS_OF_MODES`],
-//! unless the first one has more. The chosen mesh may have up to twice as many, by extrapolation. Markers of a recorded
-//! path round these numbers up. [`allowed_edges`] returns the smallest number of edges, at least the given one, at
-//! which every marker of a recorded path is at a node. Without such a path it is the given one.
-//! [`begins_with_velocity_jump`] returns whether a motion begins with a jump of velocities: `supports.motion`, or an
-//! initial velocity or angular velocity that is not zero.
+//! any calculation, have at most [`MAX_SEGMENTS`] edges. Compared meshes of modes have at most
+//! [`MAX_SEGMENTS_OF_MODES`], unless the first one has more. The chosen mesh may have up to twice as many, by
+//! extrapolation. Markers of a recorded path round these numbers up. [`allowed_edges`] returns the smallest number of
+//! edges, at least the given one, at which every marker of a recorded path is at a node. Without such a path it is the
+//! given one. [`begins_with_velocity_jump`] returns whether a motion begins with a jump of velocities:
+//! `supports.motion`, or an initial velocity or angular velocity that is not zero.
 
 use crate::scene::{Recorded, Scene, StepTolerance, Time};
 
@@ -26,7 +26,7 @@ pub(super) const MAX_SEGMENTS: usize = 20_000;
 /// grow with the fourth power of the edges, and are 1e-5 at 1e3 edges.
 pub(super) const MAX_SEGMENTS_OF_MODES: usize = 1_000;
 
-/// Purpose that mesh, step and scheme are chosen for.
+/// Calculation that mesh, step and scheme are chosen for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Calculation {

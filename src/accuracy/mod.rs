@@ -9,7 +9,7 @@
 //! doubled until the extrapolated error suffices (`static_mesh`).
 //!
 //! Output: a [`Problem`] with these numerics and the estimated error ([`Scene::problem`]; [`Scene::problem_for`] for a
-//! stated purpose), and the check of its run ([`Scene::checked_problem`]). Numerics that the scene gives are kept.
+//! stated calculation), and the check of its run ([`Scene::checked_problem`]). Numerics that the scene gives are kept.
 //! Errors are invalid scenes and files, and of equilibria and modes failed solutions. `cargo run --release --example
 //! chosen_numerics` compares estimated with true errors, and gives the costs.
 
@@ -28,6 +28,9 @@ mod trial;
 mod tuning;
 
 pub use calculation::Calculation;
+#[doc(hidden)]
+#[deprecated(since = "0.2.0", note = "renamed to Calculation")]
+pub use calculation::Calculation as Aim;
 pub use check::{Attempt, RunAssessment, RunCheck, RunMonitor, run_checked, simulate_checked};
 
 pub(crate) use difference::{Positions, largest_distance};
@@ -116,10 +119,10 @@ impl Scene {
         Ok((chosen.build()?, check))
     }
 
-    /// The problem with mesh, step and scheme [chosen](self) for a purpose, where the scene leaves them out. A motion
-    /// has an estimated error, as have an equilibrium and modes if the mesh is left out. A first guess has the first
-    /// mesh and step. Without anything left out the problem is built as given; a motion with `accuracy` also has an
-    /// estimated error.
+    /// The problem with mesh, step and scheme [chosen](self) for a calculation, where the scene leaves them out. A
+    /// motion has an estimated error, as have an equilibrium and modes if the mesh is left out. A first guess has the
+    /// first mesh and step. Without anything left out the problem is built as given; a motion with `accuracy` also has
+    /// an estimated error.
     ///
     /// # Errors
     ///

@@ -1,7 +1,7 @@
 //! The mesh of an equilibrium or of vibration modes: the number of edges is doubled until an extrapolation reaches
 //! [`TARGET_PART`] of the requested error.
 //!
-//! Input: the scene, the purpose, and the first number of edges. Compared are positions over the length, or the
+//! Input: the scene, the calculation, and the first number of edges. Compared are positions over the length, or the
 //! logarithms of frequencies and growth rates. The positions are those of the points that divide the rod into [`PARTS`]
 //! parts, and of ends that are free or on a roller. Modes are about the rest shape if there is no equilibrium. The
 //! error follows by Richardson extrapolation with the observed order (`difference`). The chosen mesh follows by

@@ -1,11 +1,11 @@
 //! Comparison of hand-derived derivatives with dual numbers (num-dual) and with finite differences.
 //!
-//! The error of an entry is relative to the sum of its absolute terms ([`CancellationBound`]), which distinguishes rounding errors
-//! of a cancellation from a wrong formula. The sum includes the change of the terms by rounding errors of the strains,
-//! so that an element at rest, whose terms vanish, is not compared with zero. Finite differences (`finite_difference`),
-//! each at its best step, have a verdict of their own: whether both derivatives are those of the energy. [`check`]
-//! compares any energy with hand-derived derivatives at given states, [`check_own`] a user-defined one, and
-//! [`check_hessian`] a given Hessian. [`check_problem`] (`scene`) compares the elements of a scene, also at
+//! The error of an entry is relative to the sum of its absolute terms ([`CancellationBound`]), which distinguishes
+//! rounding errors of a cancellation from a wrong formula. The sum includes the change of the terms by rounding errors
+//! of the strains, so that an element at rest, whose terms vanish, is not compared with zero. Finite differences
+//! (`finite_difference`), each at its best step, have a verdict of their own: whether both derivatives are those of the
+//! energy. [`check`] compares any energy with hand-derived derivatives at given states, [`check_own`] a user-defined
+//! one, and [`check_hessian`] a given Hessian. [`check_problem`] (`scene`) compares the elements of a scene, also at
 //! `random_states`. [`Scaled`] is an energy of unknowns in other units. The result is a [`CheckReport`]: largest
 //! errors, verdicts, the worst entry and the first entries above the [`Tolerance`] (default 1e-12 against dual numbers,
 //! 1e-7 against finite differences). It passes ([`CheckReport::passed`]) if at least one state was compared and both
@@ -23,6 +23,9 @@ mod scaled;
 mod scene;
 
 pub use crate::numerics::term_bound::CancellationBound;
+#[doc(hidden)]
+#[deprecated(since = "0.2.0", note = "renamed to CancellationBound")]
+pub use crate::numerics::term_bound::CancellationBound as Terms;
 pub use own::{Configuration, NodesAndEdges, check_own};
 pub use scaled::Scaled;
 pub use scene::check_problem;

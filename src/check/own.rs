@@ -193,7 +193,7 @@ pub(super) struct EnergyAt<'a> {
     /// The energy.
     pub energy: &'a dyn AnyEnergy,
     /// Its place.
-    pub site: &'a ElementContext<'a, f64>,
+    pub context: &'a ElementContext<'a, f64>,
     /// Name for the report.
     pub name: &'a str,
     /// First node of the element.
@@ -206,8 +206,8 @@ pub(super) struct EnergyAt<'a> {
 /// errors are added to the report. They are hand-derived if the energy has them. Lengths are in units of the edge
 /// length and angles in rad, so that steps by both are comparable.
 pub(super) fn compare(report: &mut CheckReport, place: EnergyAt<'_>, q: &[f64]) {
-    let EnergyAt { energy, site, name, first, length } = place;
-    let stride = site.chart.stride();
+    let EnergyAt { energy, context, name, first, length } = place;
+    let stride = context.chart.stride();
     let unit = |i: usize| if i % stride < 3 { length } else { 1.0 };
     let over: &dyn EnergyOver<f64> = energy;
     let unscaled = |x: &[f64]| -> Vec<f64> { (0..x.len()).map(|i| x[i] * unit(i)).collect() };
@@ -224,22 +224,22 @@ pub(super) fn compare(report: &mut CheckReport, place: EnergyAt<'_>, q: &[f64]) 
     };
     let by = |derivatives: Derivatives| {
         let mut local = ([0.0; MOST], [[0.0; MOST]; MOST]);
-        over.tangent(site, q, derivatives, &mut local);
+        over.tangent(context, q, derivatives, &mut local);
         scaled(local)
     };
     // The comparison runs in scaled unknowns.
     let x: Vec<f64> = (0..q.len()).map(|i| q[i] / unit(i)).collect();
     let routes = DerivativeSources {
-        energy: &|x| over.energy(site, &unscaled(x)),
+        energy: &|x| over.energy(context, &unscaled(x)),
         gradient: &|x| {
             let mut gradient = [0.0; MOST];
-            over.gradient(site, &unscaled(x), Derivatives::Hand, &mut gradient);
+            over.gradient(context, &unscaled(x), Derivatives::Hand, &mut gradient);
             (0..x.len()).map(|i| gradient[i] * unit(i)).collect()
         },
         hand: by(Derivatives::Hand),
         // Three independent routes: by hand, by dual numbers, and differences of the energy.
         dual: by(Derivatives::Dual),
-        terms: scaled(energy.terms(site, q)),
+        terms: scaled(energy.terms(context, q)),
     };
     report.compare_routes(routes, &x, name, &|k| {
         format!("{}{}", ["x", "y", "z", "theta"][k % stride], first + k / stride)
@@ -255,16 +255,16 @@ pub(super) fn check_plane_is_kept(
     q: &[f64],
     normal: Vector<f64>,
 ) {
-    let EnergyAt { energy, site, name, length, .. } = place;
+    let EnergyAt { energy, context, name, length, .. } = place;
     let over: &dyn EnergyOver<f64> = energy;
     let mut gradient = [0.0; MOST];
-    over.gradient(site, q, Derivatives::Hand, &mut gradient);
+    over.gradient(context, q, Derivatives::Hand, &mut gradient);
     // Rounding errors are relative to the terms that cancel, and to the change of the forces with the unknowns: at rest
     // the terms may be rounding errors themselves.
-    let (first, second) = energy.terms(site, q);
+    let (first, second) = energy.terms(context, q);
     let largest = |terms: &[f64]| terms.iter().fold(0.0_f64, |most, term| most.max(*term));
     let size = largest(&first) + largest(second.as_flattened()) * length;
-    for node in gradient[..q.len()].chunks(site.chart.stride()) {
+    for node in gradient[..q.len()].chunks(context.chart.stride()) {
         let force = dot([node[0], node[1], node[2]], normal);
         report.compare_with_zero("force along the plane's normal", force, size, name);
         if let Some(moment) = node.get(3) {

@@ -117,29 +117,30 @@ impl SpatialCounterpart {
             (0..problem.nodes()).map(|i| plane.model.position(q, i)).collect();
         let (q, frames) = space.placed_still(&nodes);
         let normal = space.model.components(plane.model.normal().into());
-        for (placed, spot) in selected_spots(&self.rod.own) {
-            let (unknowns, edges) = placed.span(spot);
-            let site = placed.site(spot, &frames.edges[edges]);
-            let name = name(placed, spot);
-            let length = edge_length(&self.rod.stretch, spot.first);
+        for (placed, placement) in selected_placements(&self.rod.own) {
+            let (unknowns, edges) = placed.span(placement);
+            let context = placed.context(placement, &frames.edges[edges]);
+            let name = name(placed, placement);
+            let length = edge_length(&self.rod.stretch, placement.first);
             let energy = &*placed.energy;
-            let place = EnergyAt { energy, site: &site, name: &name, first: spot.first, length };
+            let place =
+                EnergyAt { energy, context: &context, name: &name, first: placement.first, length };
             own::check_plane_is_kept(report, place, &q[unknowns], normal);
         }
     }
 }
 
 /// Each user-defined energy with at most [`ELEMENTS`] of its places, evenly spaced.
-fn selected_spots(
+fn selected_placements(
     own: &UserEnergies<f64>,
 ) -> impl Iterator<Item = (&Placed<f64>, &ElementPlacement<f64>)> {
-    let of = |placed: &'_ Placed<f64>| spaced_indices(placed.spots.len());
-    own.placed().iter().flat_map(move |p| of(p).map(move |i| (p, &p.spots[i])))
+    let of = |placed: &'_ Placed<f64>| spaced_indices(placed.placements.len());
+    own.placed().iter().flat_map(move |p| of(p).map(move |i| (p, &p.placements[i])))
 }
 
 /// Name of a place of an energy for the report: the energy's name and the arc length in m.
-fn name(placed: &Placed<f64>, spot: &ElementPlacement<f64>) -> String {
-    format!("{} at {:.4} m", placed.name, spot.numbers[0])
+fn name(placed: &Placed<f64>, placement: &ElementPlacement<f64>) -> String {
+    format!("{} at {:.4} m", placed.name, placement.numbers[0])
 }
 
 /// Calls `show(state, previous state)` at the start and at up to [`OWN_STATES`] states of the motion, evenly spaced
@@ -218,12 +219,13 @@ fn compare_own(
     frames: &[EdgeFrame<f64>],
     length: impl Fn(usize) -> f64,
 ) {
-    for (placed, spot) in selected_spots(own) {
-        let (unknowns, edges) = placed.span(spot);
-        let site = placed.site(spot, &frames[edges]);
-        let name = name(placed, spot);
-        let (energy, first) = (&*placed.energy, spot.first);
-        let place = EnergyAt { energy, site: &site, name: &name, first, length: length(first) };
+    for (placed, placement) in selected_placements(own) {
+        let (unknowns, edges) = placed.span(placement);
+        let context = placed.context(placement, &frames[edges]);
+        let name = name(placed, placement);
+        let (energy, first) = (&*placed.energy, placement.first);
+        let place =
+            EnergyAt { energy, context: &context, name: &name, first, length: length(first) };
         own::compare(report, place, &q[unknowns]);
     }
 }

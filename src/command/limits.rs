@@ -77,7 +77,8 @@ const DESIGN_RUNS: f64 = 10.0;
 const FIT_RUNS: f64 = 40.0;
 /// Cost of one replicate of a bootstrap or a Monte Carlo, in simulations.
 const REPLICATE_RUNS: f64 = 3.0;
-/// Cost of one draw of the posterior sampler: a trajectory of usually three to seven steps, each a run with derivatives.
+/// Cost of one draw of the posterior sampler: a trajectory of usually three to seven steps, each a run with
+/// derivatives.
 const DRAW_RUNS: f64 = 7.0;
 /// Memory of a recorded point at one step, for its position or one derivative of it, bytes.
 const RECORD_BYTES: f64 = 48.0;

@@ -47,6 +47,9 @@ pub(crate) use step_control::StepControl;
 pub use trajectory::Trajectory;
 
 #[doc(hidden)]
+#[deprecated(since = "0.2.0", note = "renamed to AdjointRun")]
+pub use adjoint::AdjointRun as Reversible;
+#[doc(hidden)]
 #[deprecated(since = "0.2.0", note = "renamed to TrajectorySlopes")]
 pub use adjoint::TrajectorySlopes as Slopes;
 #[doc(hidden)]

@@ -7,10 +7,10 @@
 //! computed in dual numbers. Without derivatives by hand, or if they are not requested, the energy itself is evaluated
 //! in dual numbers. A chart also returns the number of unknowns of several nodes (`unknowns`), the number of unknowns
 //! per node (`stride`), the world axis of a coordinate (`axis`), and nodes and directors of an element (`world`). Input
-//! of [`EnergyOver`]: a [`ElementContext`] (chart, reference frames, numbers of the place, values of the parameters, weight) and the
-//! unknowns of an element of one to three nodes. Output: energy, J, gradient, N (N m for angles), and the lower
-//! triangle of the Hessian, all times the weight of the site (1 without one). Entries beyond the unknowns of the
-//! element have no meaning. [`Adapter`] makes these of a user's type.
+//! of [`EnergyOver`]: a [`ElementContext`] (chart, reference frames, numbers of the place, values of the parameters,
+//! weight) and the unknowns of an element of one to three nodes. Output: energy, J, gradient, N (N m for angles), and
+//! the lower triangle of the Hessian, all times the weight of the element (1 without one). Entries beyond the unknowns
+//! of the element have no meaning. [`Adapter`] makes these of a user's type.
 
 use crate::energy::Derivatives;
 use crate::energy::autodiff::{self, ScalarFunction};
@@ -173,22 +173,22 @@ pub struct ElementContext<'a, D> {
 
 /// A user-defined energy, J, and its derivatives by the unknowns `q` of an element, in one scalar.
 pub trait EnergyOver<D> {
-    /// The energy, J, at the unknowns `q` of the element at `site`, times the weight of the site (1 without one).
-    fn energy(&self, site: &ElementContext<D>, q: &[D]) -> D;
-    /// Writes the derivatives by `q`, N (N m for angles), times the weight of the site, by the method of `derivatives`.
-    /// Entries of `gradient` beyond the unknowns stay as they are.
+    /// The energy, J, at the unknowns `q` of the element at `context`, times the weight of the element (1 without one).
+    fn energy(&self, context: &ElementContext<D>, q: &[D]) -> D;
+    /// Writes the derivatives by `q`, N (N m for angles), times the weight of the element, by the method of
+    /// `derivatives`. Entries of `gradient` beyond the unknowns stay as they are.
     fn gradient(
         &self,
-        site: &ElementContext<D>,
+        context: &ElementContext<D>,
         q: &[D],
         derivatives: Derivatives,
         gradient: &mut [D; MOST],
     );
-    /// Writes the gradient and the lower triangle of the Hessian by `q`, times the weight of the site, to `local`, by
-    /// the method of `derivatives`. Other entries have no meaning.
+    /// Writes the gradient and the lower triangle of the Hessian by `q`, times the weight of the element, to `local`,
+    /// by the method of `derivatives`. Other entries have no meaning.
     fn tangent(
         &self,
-        site: &ElementContext<D>,
+        context: &ElementContext<D>,
         q: &[D],
         derivatives: Derivatives,
         local: &mut OwnLocal<D>,
@@ -214,7 +214,7 @@ pub trait AnyEnergy:
     fn keeps_plane(&self, values: &[f64], normal: [f64; 3], point: [f64; 3]) -> bool;
     /// Sums of the absolute terms in each entry of the gradient and Hessian by `q`, the measure of relative errors: see
     /// [`CancellationBound`].
-    fn terms(&self, site: &ElementContext<f64>, q: &[f64]) -> OwnLocal<f64>;
+    fn terms(&self, context: &ElementContext<f64>, q: &[f64]) -> OwnLocal<f64>;
 }
 
 impl ForEachScalar for dyn AnyEnergy {
@@ -267,35 +267,35 @@ macro_rules! by_size {
 }
 
 impl<E: OwnEnergy<N, P>, const N: usize, const P: usize> Adapter<E, N, P> {
-    /// The energy at the unknowns `q`, J, times the weight of the site (1 without one); `over` converts the numbers of
-    /// the site to the scalar of `q`.
+    /// The energy at the unknowns `q`, J, times the weight of the element (1 without one); `over` converts the numbers
+    /// of the context to the scalar of `q`.
     #[inline]
     fn value<B: Scalar, D: Scalar>(
         &self,
-        site: &ElementContext<B>,
+        context: &ElementContext<B>,
         over: impl Fn(B) -> D + Copy,
         q: &[D],
     ) -> D {
-        let (nodes, edges) = site.chart.world::<D, N>(over, q, site.frames);
+        let (nodes, edges) = context.chart.world::<D, N>(over, q, context.frames);
         let energy =
-            self.at(site, over, |place, p| self.0.energy(place, p, &nodes, &edges[..N - 1]));
-        match site.weight {
+            self.at(context, over, |place, p| self.0.energy(place, p, &nodes, &edges[..N - 1]));
+        match context.weight {
             Some(weight) => energy * over(weight),
             None => energy,
         }
     }
 
-    /// Calls `of` with the [`Place`] (rest shape) and the parameters of the site, both converted by `over`, and returns
-    /// its result.
+    /// Calls `of` with the [`Place`] (rest shape) and the parameters of the context, both converted by `over`, and
+    /// returns its result.
     #[inline]
     fn at<B: Scalar, D: Scalar, T>(
         &self,
-        site: &ElementContext<B>,
+        context: &ElementContext<B>,
         over: impl Fn(B) -> D,
         of: impl FnOnce(&Place<D>, &[D; P]) -> T,
     ) -> T {
-        let parameters = components(|i| over(site.values[i]));
-        of(&Place::new(N, &|i| over(site.place[i])), &parameters)
+        let parameters = components(|i| over(context.values[i]));
+        of(&Place::new(N, &|i| over(context.place[i])), &parameters)
     }
 
     /// The gradient by the unknowns `q`, times the weight, from the user's first derivatives by nodes and directors.
@@ -303,24 +303,24 @@ impl<E: OwnEnergy<N, P>, const N: usize, const P: usize> Adapter<E, N, P> {
     /// energy has no hand-derived gradient.
     fn hand_gradient<B: RodScalar, const Q: usize>(
         &self,
-        site: &ElementContext<B>,
+        context: &ElementContext<B>,
         q: &[B; Q],
     ) -> Option<[B; Q]> {
-        let (nodes, edges) = site.chart.world::<B, N>(|b| b, q, site.frames);
+        let (nodes, edges) = context.chart.world::<B, N>(|b| b, q, context.frames);
         // Slopes by positions and directors, by the user's formulas.
         let slopes =
-            self.at(site, |b| b, |place, p| self.0.gradient(place, p, &nodes, &edges[..N - 1]))?;
+            self.at(context, |b| b, |place, p| self.0.gradient(place, p, &nodes, &edges[..N - 1]))?;
         let mut gradient = [B::from(0.0); Q];
-        self.add_by_nodes(site.chart, |i| slopes.by(Argument::Node(i)), &mut gradient);
+        self.add_by_nodes(context.chart, |i| slopes.by(Argument::Node(i)), &mut gradient);
         // The directors depend on the unknowns nonlinearly: their part of the chain rule in dual
         // numbers.
         if slopes.of_edges {
-            let pull = DirectorPull::<_, _, N> { site, slope: |by| slopes.by(by) };
+            let pull = DirectorPull::<_, _, N> { context, slope: |by| slopes.by(by) };
             for (sum, slope) in gradient.iter_mut().zip(autodiff::gradient(&pull, q)) {
                 *sum += slope;
             }
         }
-        if let Some(weight) = site.weight {
+        if let Some(weight) = context.weight {
             gradient.iter_mut().for_each(|g| *g *= weight);
         }
         Some(gradient)
@@ -331,23 +331,24 @@ impl<E: OwnEnergy<N, P>, const N: usize, const P: usize> Adapter<E, N, P> {
     /// dual numbers, if used. `None` if the energy has no hand-derived gradient or no hand-derived Hessian.
     fn hand_tangent<B: RodScalar, const Q: usize>(
         &self,
-        site: &ElementContext<B>,
+        context: &ElementContext<B>,
         q: &[B; Q],
     ) -> Option<([B; Q], [[B; Q]; Q])> {
-        let (nodes, edges) = site.chart.world::<B, N>(|b| b, q, site.frames);
+        let (nodes, edges) = context.chart.world::<B, N>(|b| b, q, context.frames);
         let edges = &edges[..N - 1];
         // First and second derivatives by the user's formulas.
-        let slopes = self.at(site, |b| b, |place, p| self.0.gradient(place, p, &nodes, edges))?;
+        let slopes =
+            self.at(context, |b| b, |place, p| self.0.gradient(place, p, &nodes, edges))?;
         let curvatures =
-            self.at(site, |b| b, |place, p| self.0.hessian(place, p, &nodes, edges))?;
+            self.at(context, |b| b, |place, p| self.0.hessian(place, p, &nodes, edges))?;
         let zero = B::from(0.0);
         let (mut gradient, mut hessian) = ([zero; Q], [[zero; Q]; Q]);
-        self.add_by_nodes(site.chart, |i| slopes.by(Argument::Node(i)), &mut gradient);
+        self.add_by_nodes(context.chart, |i| slopes.by(Argument::Node(i)), &mut gradient);
         // Rows of J for the directors; those of the nodes are constants.
         let mut of_edges = [[zero; Q]; OF_EDGES];
         // Second derivatives of the directors times constant slopes: the part `d2(g.y)/dq2`.
         if slopes.of_edges || curvatures.of_edges {
-            let pull = DirectorPull::<_, _, N> { site, slope: |by| slopes.by(by) };
+            let pull = DirectorPull::<_, _, N> { context, slope: |by| slopes.by(by) };
             let (first, second) = autodiff::hessian(&pull, q);
             for r in 0..Q {
                 gradient[r] += first[r];
@@ -360,7 +361,7 @@ impl<E: OwnEnergy<N, P>, const N: usize, const P: usize> Adapter<E, N, P> {
         let inputs = if curvatures.of_edges { Argument::all(N).count() } else { N };
         if curvatures.of_edges {
             let flat = |over: fn(B) -> OutOfLine<Dual<B>>, q: &[OutOfLine<Dual<B>>]| {
-                let (_, edges) = site.chart.world::<_, N>(over, q, site.frames);
+                let (_, edges) = context.chart.world::<_, N>(over, q, context.frames);
                 components(|k| edges[k / 9][k / 3 % 3][k % 3])
             };
             of_edges = autodiff::jacobian(flat, q);
@@ -369,9 +370,10 @@ impl<E: OwnEnergy<N, P>, const N: usize, const P: usize> Adapter<E, N, P> {
         let row = |input: usize, component: usize| -> [B; Q] {
             if input < N {
                 let mut row = [zero; Q];
-                let axes = site.chart.stride().min(3);
+                let axes = context.chart.stride().min(3);
                 for k in 0..axes {
-                    row[site.chart.stride() * input + k] = B::from(site.chart.axis(k)[component]);
+                    row[context.chart.stride() * input + k] =
+                        B::from(context.chart.axis(k)[component]);
                 }
                 row
             } else {
@@ -404,7 +406,7 @@ impl<E: OwnEnergy<N, P>, const N: usize, const P: usize> Adapter<E, N, P> {
                 }
             }
         }
-        if let Some(weight) = site.weight {
+        if let Some(weight) = context.weight {
             gradient.iter_mut().chain(hessian.iter_mut().flatten()).for_each(|x| *x *= weight);
         }
         Some((gradient, hessian))
@@ -431,23 +433,23 @@ impl<E: OwnEnergy<N, P>, const N: usize, const P: usize> Adapter<E, N, P> {
 /// A user-defined energy as a function of the unknowns of its element, for dual numbers.
 struct EnergyOfUnknowns<'a, B, E, const N: usize, const P: usize> {
     energy: &'a Adapter<E, N, P>,
-    site: &'a ElementContext<'a, B>,
+    context: &'a ElementContext<'a, B>,
 }
 
 impl<B: Scalar, E: OwnEnergy<N, P>, const N: usize, const P: usize> ScalarFunction<B>
     for EnergyOfUnknowns<'_, B, E, N, P>
 {
-    /// The energy, J, times the weight of the site, at the unknowns `q`; `over` converts numbers of the rod's scalar to
-    /// that of the unknowns.
+    /// The energy, J, times the weight of the element, at the unknowns `q`; `over` converts numbers of the rod's scalar
+    /// to that of the unknowns.
     #[inline]
     fn at<D: Scalar>(&self, over: impl Fn(B) -> D + Copy, q: &[D]) -> D {
-        self.energy.value(self.site, over, q)
+        self.energy.value(self.context, over, q)
     }
 }
 
 /// The scalar product of all directors of an element over `N` nodes with constant slopes: `g.y` of the module's header.
 struct DirectorPull<'a, B, S, const N: usize> {
-    site: &'a ElementContext<'a, B>,
+    context: &'a ElementContext<'a, B>,
     slope: S,
 }
 
@@ -457,7 +459,7 @@ impl<B: Scalar, S: Fn(Argument) -> Vector<B>, const N: usize> ScalarFunction<B>
     /// The sum over all directors of the element of their scalar products with the constant slopes, at the unknowns
     /// `q`; `over` converts numbers of the rod's scalar to that of the unknowns.
     fn at<D: Scalar>(&self, over: impl Fn(B) -> D + Copy, q: &[D]) -> D {
-        let (_, edges) = self.site.chart.world::<D, N>(over, q, self.site.frames);
+        let (_, edges) = self.context.chart.world::<D, N>(over, q, self.context.frames);
         let mut sum = D::from(0.0);
         for (j, [tangent, first, second]) in edges[..N - 1].iter().enumerate() {
             for (by, director) in [
@@ -475,17 +477,17 @@ impl<B: Scalar, S: Fn(Argument) -> Vector<B>, const N: usize> ScalarFunction<B>
 impl<E: OwnEnergy<N, P>, D: RodScalar, const N: usize, const P: usize> EnergyOver<D>
     for Adapter<E, N, P>
 {
-    /// The energy, J, at the unknowns `q` of the element at `site`, times its weight.
-    fn energy(&self, site: &ElementContext<D>, q: &[D]) -> D {
-        self.value(site, |x| x, q)
+    /// The energy, J, at the unknowns `q` of the element at `context`, times its weight.
+    fn energy(&self, context: &ElementContext<D>, q: &[D]) -> D {
+        self.value(context, |x| x, q)
     }
 
-    /// Writes the derivatives by the unknowns `q` of the element, N (N m for angles), times the weight of the site (1
-    /// without one), to the first `q.len()` entries of `to`; the others stay. They are derived by hand if requested and
-    /// available, else by dual numbers.
+    /// Writes the derivatives by the unknowns `q` of the element, N (N m for angles), times the weight of the element
+    /// (1 without one), to the first `q.len()` entries of `to`; the others stay. They are derived by hand if requested
+    /// and available, else by dual numbers.
     fn gradient(
         &self,
-        site: &ElementContext<D>,
+        context: &ElementContext<D>,
         q: &[D],
         derivatives: Derivatives,
         to: &mut [D; MOST],
@@ -493,31 +495,31 @@ impl<E: OwnEnergy<N, P>, D: RodScalar, const N: usize, const P: usize> EnergyOve
         by_size!(q, |q| {
             // An energy without hand-derived derivatives is differentiated by dual numbers.
             let by_hand = match derivatives {
-                Derivatives::Hand => self.hand_gradient(site, q),
+                Derivatives::Hand => self.hand_gradient(context, q),
                 Derivatives::Dual => None,
             };
-            let energy = EnergyOfUnknowns { energy: self, site };
+            let energy = EnergyOfUnknowns { energy: self, context };
             let gradient = by_hand.unwrap_or_else(|| autodiff::gradient(&energy, q));
             to[..gradient.len()].copy_from_slice(&gradient);
         })
     }
 
-    /// Writes first derivatives and the lower triangle of the second ones by `q`, times the weight of the site (1
+    /// Writes first derivatives and the lower triangle of the second ones by `q`, times the weight of the element (1
     /// without one), to the first entries of `to`; entries beyond the unknowns stay. They are derived by hand if
     /// requested and both are available, else by dual numbers.
     fn tangent(
         &self,
-        site: &ElementContext<D>,
+        context: &ElementContext<D>,
         q: &[D],
         derivatives: Derivatives,
         to: &mut OwnLocal<D>,
     ) {
         by_size!(q, |q| {
             let by_hand = match derivatives {
-                Derivatives::Hand => self.hand_tangent(site, q),
+                Derivatives::Hand => self.hand_tangent(context, q),
                 Derivatives::Dual => None,
             };
-            let energy = EnergyOfUnknowns { energy: self, site };
+            let energy = EnergyOfUnknowns { energy: self, context };
             let (gradient, hessian) = by_hand.unwrap_or_else(|| autodiff::hessian(&energy, q));
             to.0[..gradient.len()].copy_from_slice(&gradient);
             for (to, row) in to.1.iter_mut().zip(&hessian) {
@@ -547,12 +549,12 @@ impl<E: OwnEnergy<N, P>, const N: usize, const P: usize> AnyEnergy for Adapter<E
 
     /// Sums of the absolute terms in each entry of the gradient and Hessian by `q`, with the floor of rounding errors,
     /// from an evaluation in `CancellationBound`. Entries beyond the unknowns are zero.
-    fn terms(&self, site: &ElementContext<f64>, q: &[f64]) -> OwnLocal<f64> {
+    fn terms(&self, context: &ElementContext<f64>, q: &[f64]) -> OwnLocal<f64> {
         let mut local = ([0.0; MOST], [[0.0; MOST]; MOST]);
         by_size!(q, |q| {
             let unknowns = CancellationBound::rounded_unknowns(q);
             let CancellationBound { first, second, .. } =
-                self.value(site, CancellationBound::from, &unknowns);
+                self.value(context, CancellationBound::from, &unknowns);
             local.0[..q.len()].copy_from_slice(&first);
             for (to, row) in local.1.iter_mut().zip(&second) {
                 to[..q.len()].copy_from_slice(row);

@@ -18,32 +18,33 @@ pub(crate) struct AnchorSpring(pub [f64; 3]);
 
 impl AnchorSpring {
     /// The vector from the fixed point to the node with the unknowns `q`, m.
-    fn displacement<D: Scalar>(&self, site: &ElementContext<D>, q: &[D]) -> Vector<D> {
-        let ([x], _) = site.chart.world::<D, 1>(|x| x, q, &[]);
+    fn displacement<D: Scalar>(&self, context: &ElementContext<D>, q: &[D]) -> Vector<D> {
+        let ([x], _) = context.chart.world::<D, 1>(|x| x, q, &[]);
         components(|c| x[c] - self.0[c])
     }
 }
 
 impl<D: Scalar> EnergyOver<D> for AnchorSpring {
-    /// The energy `k |x - x0|^2/2`, J, at the coordinates `q` of the node, m; the weight of the site is not used.
-    fn energy(&self, site: &ElementContext<D>, q: &[D]) -> D {
-        let way = self.displacement(site, q);
-        site.values[0] * dot(way, way) * 0.5
+    /// The energy `k |x - x0|^2/2`, J, at the coordinates `q` of the node, m; the weight of the element is not used.
+    fn energy(&self, context: &ElementContext<D>, q: &[D]) -> D {
+        let way = self.displacement(context, q);
+        context.values[0] * dot(way, way) * 0.5
     }
 
     /// Writes the derivatives by the coordinates `q`, N, to the first entries of `gradient`: the stiffness times the
     /// displacement along each axis of the model. They are the same by either method of derivatives. The weight of the
-    /// site is not used.
+    /// context is not used.
     fn gradient(
         &self,
-        site: &ElementContext<D>,
+        context: &ElementContext<D>,
         q: &[D],
         _: Derivatives,
         gradient: &mut [D; MOST],
     ) {
-        let way = self.displacement(site, q);
+        let way = self.displacement(context, q);
         for k in 0..q.len() {
-            gradient[k] = site.values[0] * dot(map_components(&site.chart.axis(k), D::from), way);
+            gradient[k] =
+                context.values[0] * dot(map_components(&context.chart.axis(k), D::from), way);
         }
     }
 
@@ -51,15 +52,15 @@ impl<D: Scalar> EnergyOver<D> for AnchorSpring {
     /// that the Hessian is the stiffness times the identity.
     fn tangent(
         &self,
-        site: &ElementContext<D>,
+        context: &ElementContext<D>,
         q: &[D],
         derivatives: Derivatives,
         local: &mut OwnLocal<D>,
     ) {
-        self.gradient(site, q, derivatives, &mut local.0);
+        self.gradient(context, q, derivatives, &mut local.0);
         for k in 0..q.len() {
             local.1[k][..k].fill(D::from(0.0));
-            local.1[k][k] = site.values[0];
+            local.1[k][k] = context.values[0];
         }
     }
 }
@@ -82,13 +83,13 @@ impl AnyEnergy for AnchorSpring {
 
     /// Sums of the absolute terms in the gradient (that of the displacement as `|x| + |x0|`) and in the Hessian by `q`,
     /// as the scale of rounding errors. Other entries are zero.
-    fn terms(&self, site: &ElementContext<f64>, q: &[f64]) -> OwnLocal<f64> {
-        let ([x], _) = site.chart.world::<f64, 1>(|x| x, q, &[]);
+    fn terms(&self, context: &ElementContext<f64>, q: &[f64]) -> OwnLocal<f64> {
+        let ([x], _) = context.chart.world::<f64, 1>(|x| x, q, &[]);
         let large = components(|c| x[c].abs() + self.0[c].abs());
         let mut local = ([0.0; MOST], [[0.0; MOST]; MOST]);
         for k in 0..q.len() {
-            local.0[k] = site.values[0] * dot(site.chart.axis(k).map(f64::abs), large);
-            local.1[k][k] = site.values[0];
+            local.0[k] = context.values[0] * dot(context.chart.axis(k).map(f64::abs), large);
+            local.1[k][k] = context.values[0];
         }
         local
     }
@@ -115,7 +116,7 @@ mod tests {
             (Chart::Space { axes: None }, &[0.3, -0.7, 0.2]),
         ] {
             let values = [Dual64::from(250.0)];
-            let site = ElementContext {
+            let context = ElementContext {
                 chart: &chart,
                 frames: &[],
                 values: &values,
@@ -128,8 +129,8 @@ mod tests {
                     (0..q.len()).map(|j| Dual64::new(q[j], f64::from(i == j))).collect();
                 let unset = Dual64::from(f64::NAN);
                 let mut local = ([unset; MOST], [[unset; MOST]; MOST]);
-                tie.tangent(&site, &along, Derivatives::Hand, &mut local);
-                let slope = tie.energy(&site, &along).eps;
+                tie.tangent(&context, &along, Derivatives::Hand, &mut local);
+                let slope = tie.energy(&context, &along).eps;
                 assert!((slope - local.0[i].re).abs() < 1e-13 * 250.0, "{slope} {}", local.0[i].re);
                 for j in 0..q.len() {
                     let curvature = local.1[i.max(j)][i.min(j)].re;

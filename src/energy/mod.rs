@@ -52,6 +52,19 @@ pub use place::{Directors, Place};
 pub use planar_bend::PlanarBend;
 pub use stretch::Stretch;
 
+#[doc(hidden)]
+#[deprecated(since = "0.2.0", note = "renamed to SlipElements")]
+pub use law::SlipElements as Sliders;
+#[doc(hidden)]
+#[deprecated(since = "0.2.0", note = "renamed to Argument")]
+pub use own::Argument as By;
+#[doc(hidden)]
+#[deprecated(since = "0.2.0", note = "renamed to EnergyGradient")]
+pub use own::EnergyGradient as Slopes;
+#[doc(hidden)]
+#[deprecated(since = "0.2.0", note = "renamed to EnergyHessian")]
+pub use own::EnergyHessian as Curvatures;
+
 use crate::numerics::out_of_line::OutOfLine;
 use crate::numerics::scalar::{RodScalar, Scalar};
 use nalgebra::SVector;

@@ -7,9 +7,9 @@
 //!
 //! An energy, J, is a function of one to three neighbouring nodes and of the material directors of the edges between
 //! them, all in the world. The angles of the rod's edges are no arguments, because their reference frames move with the
-//! rod. Derivatives are computed in dual numbers, unless [`OwnEnergy::gradient`] returns the first ones as [`EnergyGradient`],
-//! and [`OwnEnergy::hessian`] the second ones as [`EnergyHessian`], by each node and director ([`Argument`]). A Hessian without
-//! gradient is not used.
+//! rod. Derivatives are computed in dual numbers, unless [`OwnEnergy::gradient`] returns the first ones as
+//! [`EnergyGradient`], and [`OwnEnergy::hessian`] the second ones as [`EnergyHessian`], by each node and director
+//! ([`Argument`]). A Hessian without gradient is not used.
 //!
 //! ```
 //! use rodfit::energy::{Directors, OwnEnergy, Place};

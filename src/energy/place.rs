@@ -1,4 +1,5 @@
-//! Elements of a rod on which a user-defined energy acts ([`ElementPlacement`], by `spots`), and their rest shape ([`Place`]).
+//! Elements of a rod on which a user-defined energy acts ([`ElementPlacement`], by `placements`), and their rest shape
+//! ([`Place`]).
 //!
 //! Input: the place named in a scene ([`At`]), the number of nodes of an element, and the mesh. The start or end has
 //! the first or last element. An arc length has the two elements whose centers enclose it, with linear weights, or the
@@ -99,7 +100,7 @@ pub(crate) fn numbers<D: Copy>(
 /// returns the nodes and edges at rest of the element that begins at node `i`. One at the start or end; two with linear
 /// weights for an arc length between two centers, beyond all centers only the nearest one. All with a positive length
 /// in the interval or rod. Empty if the mesh has too few nodes.
-pub(crate) fn spots<D: Scalar>(
+pub(crate) fn placements<D: Scalar>(
     at: At,
     nodes: usize,
     mesh: &Mesh<D>,
@@ -131,7 +132,7 @@ pub(crate) fn spots<D: Scalar>(
         };
         cell[1].min(ends[1]) - cell[0].max(ends[0])
     };
-    let spot = |i: usize, weight: Option<D>| {
+    let placement = |i: usize, weight: Option<D>| {
         let (nodes, edges) = rest(i);
         ElementPlacement {
             first: i,
@@ -141,22 +142,22 @@ pub(crate) fn spots<D: Scalar>(
     };
     match at {
         _ if count == 0 => Vec::new(),
-        At::Start => vec![spot(0, None)],
-        At::End => vec![spot(count - 1, None)],
+        At::Start => vec![placement(0, None)],
+        At::End => vec![placement(count - 1, None)],
         // Linear interpolation between the two elements whose centers enclose the point.
         At::ArcLength(s) => {
             let after = (0..count).position(|i| centre(i).value() > s).unwrap_or(count);
             if after == 0 || after == count {
-                return vec![spot(after.saturating_sub(1), None)];
+                return vec![placement(after.saturating_sub(1), None)];
             }
             let [a, b] = [centre(after - 1), centre(after)];
             let part = (-a + s) / (b - a);
-            vec![spot(after - 1, Some(-part + 1.0)), spot(after, Some(part))]
+            vec![placement(after - 1, Some(-part + 1.0)), placement(after, Some(part))]
         }
         // Elements with a part in the interval; the tributary length counts that part only.
         At::Interval(..) | At::Whole => {
             let covered = (0..count).filter(|i| length(*i).value() > 0.0);
-            covered.map(|i| spot(i, None)).collect()
+            covered.map(|i| placement(i, None)).collect()
         }
     }
 }
@@ -167,30 +168,30 @@ mod tests {
     use crate::scene::Shape;
 
     /// Elements on a straight rod of 0.95 m with ten edges and the wall in the middle of the first.
-    fn spots(at: At, nodes: usize) -> Vec<ElementPlacement<f64>> {
+    fn placements(at: At, nodes: usize) -> Vec<ElementPlacement<f64>> {
         let shape = Shape::Straight { length: 0.95, direction: [1.0, 0.0, 0.0] };
         let mesh = shape.mesh(Some(10), [0.5, 0.0]).unwrap();
         let rest = |i: usize| (mesh.nodes[i..i + nodes].to_vec(), vec![[[0.0; 3]; 3]; nodes - 1]);
-        super::spots(at, nodes, &mesh, rest)
+        super::placements(at, nodes, &mesh, rest)
     }
 
     /// Sum of `f(arc length)` over the elements, times weight and tributary length.
-    fn sum(spots: &[ElementPlacement<f64>], f: impl Fn(f64) -> f64) -> f64 {
-        spots.iter().map(|s| s.weight.unwrap_or(1.0) * s.numbers[1] * f(s.numbers[0])).sum()
+    fn sum(placements: &[ElementPlacement<f64>], f: impl Fn(f64) -> f64) -> f64 {
+        placements.iter().map(|s| s.weight.unwrap_or(1.0) * s.numbers[1] * f(s.numbers[0])).sum()
     }
 
     /// Edges of 0.1 m, the wall in the middle of the first.
     #[test]
     fn lengths_add_up_to_the_interval() {
         for nodes in [1, 2] {
-            assert!((sum(&spots(At::Whole, nodes), |_| 1.0) - 0.95).abs() < 1e-15);
+            assert!((sum(&placements(At::Whole, nodes), |_| 1.0) - 0.95).abs() < 1e-15);
             for (from, to) in [(0.0, 0.95), (0.03, 0.04), (0.2, 0.77), (0.0, 0.5)] {
-                let found = sum(&spots(At::Interval(from, to), nodes), |_| 1.0);
+                let found = sum(&placements(At::Interval(from, to), nodes), |_| 1.0);
                 assert!((found - (to - from)).abs() < 1e-15, "{from} {to}: {found}");
             }
         }
         // The half of the last edge belongs to no inner node.
-        assert!((sum(&spots(At::Whole, 3), |_| 1.0) - 0.90).abs() < 1e-15);
+        assert!((sum(&placements(At::Whole, 3), |_| 1.0) - 0.90).abs() < 1e-15);
     }
 
     /// A point between two elements is where it is: its shares have it as their centre of mass.
@@ -198,14 +199,17 @@ mod tests {
     fn a_point_is_shared() {
         for nodes in [1, 2, 3] {
             for s in [0.2, 0.31, 0.449] {
-                let shares = spots(At::ArcLength(s), nodes);
+                let shares = placements(At::ArcLength(s), nodes);
                 let part = |s: &ElementPlacement<f64>| s.weight.unwrap_or(1.0);
                 let centre: f64 = shares.iter().map(|s| part(s) * s.numbers[0]).sum();
                 assert!((centre - s).abs() < 1e-15, "{nodes} {s}: {centre}");
                 assert!((shares.iter().map(part).sum::<f64>() - 1.0).abs() < 1e-15);
             }
-            assert_eq!(spots(At::ArcLength(0.95), nodes)[0].first, spots(At::End, nodes)[0].first);
+            assert_eq!(
+                placements(At::ArcLength(0.95), nodes)[0].first,
+                placements(At::End, nodes)[0].first
+            );
         }
-        assert_eq!(spots(At::End, 2)[0].first, 9);
+        assert_eq!(placements(At::End, 2)[0].first, 9);
     }
 }

@@ -69,7 +69,7 @@ pub use measurement::load_deflection::{LoadCurve, LoadDeflection, LoadedPoint};
 pub use measurement::loss::Loss;
 pub use measurement::motion::{Glitches, Observation, PointMotion, Sample};
 pub use measurement::point_channel::{PointChannel, PointQuantity};
-pub use measurement::quantity::{GaugeContext, PointState, Quantity};
+pub use measurement::quantity::{GaugeContext, Observable, PointState};
 pub use measurement::reading::Reading;
 pub use measurement::sensor::{Sensor, SensorReadings, Tare};
 pub use measurement::sensor_channel::{Channel, ReactionPart, SensorChannel};
@@ -128,8 +128,17 @@ pub use validation_errors::report::{
 #[deprecated(since = "0.2.0", note = "renamed to DesignVariable")]
 pub use design::report::DesignVariable as Question;
 #[doc(hidden)]
+#[deprecated(since = "0.2.0", note = "renamed to GaugeContext")]
+pub use measurement::quantity::GaugeContext as Sight;
+#[doc(hidden)]
+#[deprecated(since = "0.2.0", note = "renamed to Observable")]
+pub use measurement::quantity::Observable as Quantity;
+#[doc(hidden)]
 #[deprecated(since = "0.2.0", note = "renamed to PointState")]
 pub use measurement::quantity::PointState as Moving;
+#[doc(hidden)]
+#[deprecated(since = "0.2.0", note = "renamed to ShapePoint")]
+pub use measurement::shape::ShapePoint as Sighting;
 #[doc(hidden)]
 #[deprecated(since = "0.2.0", note = "renamed to RecordedSnapshot")]
 pub use report::recorded_motion::RecordedSnapshot as RecordedMoment;

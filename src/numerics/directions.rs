@@ -1,10 +1,10 @@
 //! `G` numbers in an array with elementwise arithmetic ([`Directions`]), such as the derivatives of a state by `G`
 //! parameters.
 //!
-//! Lanes are added, subtracted, and multiplied by one `f64`; products of two `Directions` do not exist. [`dot`] is the sum
-//! of `N` `Directions` with `N` numbers as weights. [`all`] converts an array of options to one of values, or `None` if one
-//! is missing. The compiler maps the loops to SIMD instructions; results are bitwise those of scalar arithmetic.
-//! Forward sensitivities of several parameters are propagated with it.
+//! Lanes are added, subtracted, and multiplied by one `f64`; products of two `Directions` do not exist. [`dot`] is the
+//! sum of `N` `Directions` with `N` numbers as weights. [`all`] converts an array of options to one of values, or
+//! `None` if one is missing. The compiler maps the loops to SIMD instructions; results are bitwise those of scalar
+//! arithmetic. Forward sensitivities of several parameters are propagated with it.
 
 use std::ops::{Add, AddAssign, Mul, Sub, SubAssign};
 

@@ -2,9 +2,9 @@
 //! motion.
 //!
 //! Linear systems are solved over one range of unknowns. [`PrescribedDofs`] is the list of the indices of the
-//! prescribed ones, sorted and without repetitions. `eliminate_rows_and_columns` replaces their rows and columns in a tangent by those of
-//! the identity, and `fill` sets their entries of a right-hand side to zero (or another value). Then their change is
-//! zero, and the changes of the other unknowns are those of the system without them.
+//! prescribed ones, sorted and without repetitions. `eliminate_rows_and_columns` replaces their rows and columns in a
+//! tangent by those of the identity, and `fill` sets their entries of a right-hand side to zero (or another value).
+//! Then their change is zero, and the changes of the other unknowns are those of the system without them.
 
 use crate::numerics::scalar::Scalar;
 use crate::numerics::tangent::Tangent;

@@ -1,10 +1,10 @@
 //! The trait [`Scalar`]: the number type over which every energy and every physical formula is written.
 //!
 //! An energy is one generic function. With `f64` it returns its value, with a dual number of [`num_dual`] its value and
-//! exact derivatives, and with [`CancellationBound`](crate::check::CancellationBound) the size of the terms that may cancel in each derivative.
-//! [`SimdScalar`] is a vector of numbers for loops along a rod ([`Sweep`]). [`RodScalar`] are the five scalars with
-//! which rods are computed: `f64`, dual numbers with one, two or eight first derivatives, and those with two first
-//! derivatives and the mixed second one.
+//! exact derivatives, and with [`CancellationBound`](crate::check::CancellationBound) the size of the terms that may
+//! cancel in each derivative. [`SimdScalar`] is a vector of numbers for loops along a rod ([`Sweep`]). [`RodScalar`]
+//! are the five scalars with which rods are computed: `f64`, dual numbers with one, two or eight first derivatives, and
+//! those with two first derivatives and the mixed second one.
 
 use num_dual::{Dual64, DualNum, DualSVec64, HyperDual64};
 use std::fmt::Debug;

@@ -1,10 +1,10 @@
 //! Numbers that bound the rounding errors of derivatives, for the check of hand-derived derivatives.
 //!
 //! A computed derivative is a sum of terms. If large terms cancel, its relative error is large although the formula is
-//! correct. [`CancellationBound`] evaluates an energy with its value and, for every first and second derivative, the sum of the
-//! absolute values of the terms of the chain rule; it has no derivatives with signs. The check accepts differences
-//! between two derivatives up to a tolerance times that sum. Optionally the sums have a floor: the change of each term
-//! by rounding errors of the values in it.
+//! correct. [`CancellationBound`] evaluates an energy with its value and, for every first and second derivative, the
+//! sum of the absolute values of the terms of the chain rule; it has no derivatives with signs. The check accepts
+//! differences between two derivatives up to a tolerance times that sum. Optionally the sums have a floor: the change
+//! of each term by rounding errors of the values in it.
 
 use crate::numerics::operators::derived_operators;
 use crate::numerics::scalar::Scalar;
@@ -22,8 +22,8 @@ const VALUE_ROUNDING: f64 = 1.0 / 64.0;
 /// values of all terms of the chain rule. Rounding errors of a derivative are proportional to its sum, even if
 /// large terms cancel and the derivative is small.
 ///
-/// With [`CancellationBound::rounded_unknowns`] every sum also has a floor: the change of each term by rounding errors of the
-/// values in it. A stress `k (s - s_natural)` of an element at rest is 0 by one formula and `k` times a rounding
+/// With [`CancellationBound::rounded_unknowns`] every sum also has a floor: the change of each term by rounding errors
+/// of the values in it. A stress `k (s - s_natural)` of an element at rest is 0 by one formula and `k` times a rounding
 /// error of the strain by another; the sum of its terms alone is 0.
 ///
 /// It implements [`Scalar`] without being a dual number of num-dual, so that every energy can be evaluated with it.

@@ -107,12 +107,12 @@ pub(crate) fn tendon<D: RodScalar>(
     chart: &Chart<D>,
     mesh: &Mesh<D>,
 ) -> [Placed<D>; ENERGIES_PER_TENDON] {
-    let placed = |energy: Arc<dyn AnyEnergy>, spots: Vec<ElementPlacement<D>>| Placed {
+    let placed = |energy: Arc<dyn AnyEnergy>, placements: Vec<ElementPlacement<D>>| Placed {
         name: name.into(),
         energy,
         chart: chart.clone(),
         values: vec![tension],
-        spots,
+        placements,
     };
     let edges = mesh.arc_length.len() - 1;
     let mut joints = Vec::new();

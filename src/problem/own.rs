@@ -14,7 +14,7 @@ use crate::energy::anchor_spring::AnchorSpring;
 use crate::energy::attach;
 use crate::energy::edge_tie::EdgeTie;
 use crate::energy::frame::EdgeFrame;
-use crate::energy::place::{ElementPlacement, numbers, spots};
+use crate::energy::place::{ElementPlacement, numbers, placements};
 use crate::numerics::scalar::RodScalar;
 use crate::rod::{Placed, UserEnergies};
 use crate::scene::mesh::Mesh;
@@ -63,7 +63,7 @@ pub(crate) fn point_ties<D: RodScalar>(
         energy: Arc::new(Adapter(EdgeTie { weight: *weight, point: *point })),
         chart: chart.clone(),
         values: vec![stiffness],
-        spots: vec![ElementPlacement {
+        placements: vec![ElementPlacement {
             first: *node,
             weight: None,
             numbers: numbers(
@@ -103,7 +103,7 @@ pub(crate) fn attached_energies<D: RodScalar>(
             energy,
             chart: chart.clone(),
             values: attached.values().map(|(_, value)| *value).collect(),
-            spots: spots(attached.at(), nodes, mesh, rest),
+            placements: placements(attached.at(), nodes, mesh, rest),
         })
     };
     UserEnergies::new(scene.energies.iter().filter_map(placed).collect())
@@ -117,7 +117,7 @@ pub(crate) fn ties<D: RodScalar>(chart: &Chart<D>, ties: &[NodeTie<D>]) -> UserE
         energy: Arc::new(AnchorSpring(*point)),
         chart: chart.clone(),
         values: vec![*stiffness],
-        spots: vec![ElementPlacement {
+        placements: vec![ElementPlacement {
             first: *node,
             weight: None,
             numbers: numbers([D::from(0.0); 2], &[point.map(D::from)], &[]),

@@ -9,8 +9,8 @@
 //! gradient is not finite; `None` if all are finite. Places with unknowns that are not finite are skipped there.
 //! `set_first_value` replaces the first parameter of energies, the tension of tendons; `with` joins two lists;
 //! `copy_values` takes all values from another list of the same energies. `add_gradient` and `add_tangent` add to those
-//! of the rod. `span` and `site` return, for one place, its ranges of unknowns and frames, and the other arguments of
-//! the energy.
+//! of the rod. `span` and `context` return, for one place, its ranges of unknowns and frames, and the other arguments
+//! of the energy.
 
 use crate::energy::Derivatives;
 use crate::energy::adapter::{AnyEnergy, Chart, ElementContext, EnergyOver, MOST};
@@ -36,13 +36,13 @@ pub(crate) struct Placed<D> {
     /// The values of its parameters.
     pub values: Vec<D>,
     /// Its places on the mesh.
-    pub spots: Vec<ElementPlacement<D>>,
+    pub placements: Vec<ElementPlacement<D>>,
 }
 
 impl<D> std::fmt::Debug for Placed<D> {
     /// Writes `NAME at COUNT places`.
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "{} at {} places", self.name, self.spots.len())
+        write!(f, "{} at {} places", self.name, self.placements.len())
     }
 }
 
@@ -58,25 +58,31 @@ impl<D: Scalar> Placed<D> {
     /// empty in the plane.
     pub fn span(
         &self,
-        spot: &ElementPlacement<D>,
+        placement: &ElementPlacement<D>,
     ) -> (std::ops::Range<usize>, std::ops::Range<usize>) {
-        let (nodes, first) = (self.energy.nodes(), self.chart.stride() * spot.first);
+        let (nodes, first) = (self.energy.nodes(), self.chart.stride() * placement.first);
         let edges = match self.chart {
             Chart::Plane { .. } => 0..0,
-            Chart::Space { .. } => spot.first..spot.first + nodes - 1,
+            Chart::Space { .. } => placement.first..placement.first + nodes - 1,
         };
         (first..first + self.chart.unknowns(nodes), edges)
     }
 
     /// The arguments of the energy at a place, its unknowns excepted: layout, parameter values, numbers of the place,
     /// weight, and `frames`, the reference frames of its edges.
-    pub fn site<'a>(
+    pub fn context<'a>(
         &'a self,
-        spot: &'a ElementPlacement<D>,
+        placement: &'a ElementPlacement<D>,
         frames: &'a [EdgeFrame<D>],
     ) -> ElementContext<'a, D> {
         let Self { chart, values, .. } = self;
-        ElementContext { chart, frames, values, place: &spot.numbers, weight: spot.weight }
+        ElementContext {
+            chart,
+            frames,
+            values,
+            place: &placement.numbers,
+            weight: placement.weight,
+        }
     }
 }
 
@@ -84,7 +90,7 @@ impl<D: Scalar> Placed<D> {
 struct Occurrence<'a, D: RodScalar> {
     name: &'a str,
     energy: &'a dyn EnergyOver<D>,
-    site: ElementContext<'a, D>,
+    context: ElementContext<'a, D>,
     /// The index of its first unknown in the rod.
     first: usize,
     q: &'a [D],
@@ -143,10 +149,10 @@ impl<D: RodScalar> UserEnergies<D> {
         self.0.iter().flat_map(move |placed| {
             // Once per energy: the choice of the compiled instance is the same for all places.
             let energy = D::instance(&*placed.energy);
-            placed.spots.iter().map(move |spot| {
-                let (own, edges) = placed.span(spot);
-                let (first, site) = (own.start, placed.site(spot, &frames[edges]));
-                Occurrence { name: &placed.name, energy, site, first, q: &q[own] }
+            placed.placements.iter().map(move |placement| {
+                let (own, edges) = placed.span(placement);
+                let (first, context) = (own.start, placed.context(placement, &frames[edges]));
+                Occurrence { name: &placed.name, energy, context, first, q: &q[own] }
             })
         })
     }
@@ -154,7 +160,7 @@ impl<D: RodScalar> UserEnergies<D> {
     /// The sum of all energies over all their places, with their weights, at the unknowns `q`, J, without derivatives;
     /// zero without energies.
     pub(crate) fn energy(&self, q: &[D], frames: &[EdgeFrame<D>]) -> f64 {
-        self.sites(q, frames).map(|at| at.energy.energy(&at.site, at.q).value()).sum()
+        self.sites(q, frames).map(|at| at.energy.energy(&at.context, at.q).value()).sum()
     }
 
     /// Adds to `gradient` that of all energies at `q`, N (N m for angles). `derivatives` selects an energy's own
@@ -173,7 +179,7 @@ impl<D: RodScalar> UserEnergies<D> {
         // One array on the stack for all places.
         let mut local = [D::from(0.0); MOST];
         for at in self.sites(q, frames) {
-            at.energy.gradient(&at.site, at.q, derivatives, &mut local);
+            at.energy.gradient(&at.context, at.q, derivatives, &mut local);
             for (to, from) in gradient[at.first..].iter_mut().zip(&local[..at.q.len()]) {
                 *to += *from;
             }
@@ -198,7 +204,7 @@ impl<D: RodScalar> UserEnergies<D> {
         // One block on the stack for all places, of the size of the largest element.
         let mut local = ([D::from(0.0); MOST], [[D::from(0.0); MOST]; MOST]);
         for at in self.sites(q, frames) {
-            at.energy.tangent(&at.site, at.q, derivatives, &mut local);
+            at.energy.tangent(&at.context, at.q, derivatives, &mut local);
             for (to, from) in gradient[at.first..].iter_mut().zip(&local.0[..at.q.len()]) {
                 *to += *from;
             }
@@ -216,13 +222,13 @@ impl<D: RodScalar> UserEnergies<D> {
     ) -> Option<(String, f64)> {
         let mut local = [D::from(0.0); MOST];
         for at in self.sites(q, frames) {
-            at.energy.gradient(&at.site, at.q, Derivatives::Hand, &mut local);
+            at.energy.gradient(&at.context, at.q, Derivatives::Hand, &mut local);
             let slopes = local[..at.q.len()].iter().copied();
-            let mut all = slopes.chain([at.energy.energy(&at.site, at.q)]);
+            let mut all = slopes.chain([at.energy.energy(&at.context, at.q)]);
             // Unknowns that are not finite are no fault of the energy.
             let is_there = at.q.iter().all(|x| x.value().is_finite());
             if is_there && all.any(|x| !x.value().is_finite()) {
-                return Some((at.name.to_string(), at.site.place[0].value()));
+                return Some((at.name.to_string(), at.context.place[0].value()));
             }
         }
         None

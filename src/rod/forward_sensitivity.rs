@@ -1,4 +1,5 @@
-//! Derivatives of the forces and strains of a rod along parameters: the trait [`ForwardSensitivity`] of forward sensitivities.
+//! Derivatives of the forces and strains of a rod along parameters: the trait [`ForwardSensitivity`] of forward
+//! sensitivities.
 //!
 //! A parameter changes numbers of the rod (stiffnesses, natural strains, rest lengths, loads). One rod over dual
 //! numbers per parameter contains these changes ([`ChangedRods`]). Input: these rods, and the derivatives of unknowns

@@ -74,8 +74,14 @@ pub use extra::UserEnergies as Extra;
 #[deprecated(since = "0.2.0", note = "renamed to EffectiveStrains")]
 pub use forward_sensitivity::EffectiveStrains as Counted;
 #[doc(hidden)]
+#[deprecated(since = "0.2.0", note = "renamed to ForwardSensitivity")]
+pub use forward_sensitivity::ForwardSensitivity as Sensitive;
+#[doc(hidden)]
 #[deprecated(since = "0.3.0", note = "renamed to LawDerivatives")]
 pub use transposed::LawDerivatives as Laws;
+#[doc(hidden)]
+#[deprecated(since = "0.2.0", note = "renamed to StressInputs")]
+pub use transposed::StressInputs as Strained;
 
 use crate::energy::Derivatives;
 use crate::numerics::scalar::Scalar;
@@ -333,8 +339,8 @@ pub trait Rod<D: Scalar>: Clone + Send + Sync {
     #[inline(always)]
     fn add_products_of_inertia(&self, _rates: &[D], _factor: D, _out: &mut [D]) {}
 
-    /// Moves the frames to `q` as [`update_reference_frames`](Rod::update_reference_frames) does, and overwrites `gradient` there as
-    /// [`gradient`](Rod::gradient) does, N (N m for angles).
+    /// Moves the frames to `q` as [`update_reference_frames`](Rod::update_reference_frames) does, and overwrites
+    /// `gradient` there as [`gradient`](Rod::gradient) does, N (N m for angles).
     fn moved_gradient(
         &self,
         q: &[D],

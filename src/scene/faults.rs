@@ -2,9 +2,9 @@
 //! jumps of single markers.
 //!
 //! Input of `Track::examined`: the recording, with its markers in order along the rod, and the held markers, whose
-//! motion determines gaps. Two options correct lost frames (later times are increased) and exchanged labels
-//! (positions are exchanged). Output: a copy of the recording, corrected as requested, with all its [`TrackDefect`]s. Jumps
-//! of single markers are never corrected; the frames around them are unusable (`SPOILED`).
+//! motion determines gaps. Two options correct lost frames (later times are increased) and exchanged labels (positions
+//! are exchanged). Output: a copy of the recording, corrected as requested, with all its [`TrackDefect`]s. Jumps of
+//! single markers are never corrected; the frames around them are unusable (`SPOILED`).
 //!
 //! Lost frames are detected by least squares. A cubic of time is fitted to the positions of the held markers in
 //! `BESIDE` frames on each side of a gap. Gaps have up to `LONGEST` steps of the clock. Without the gap, the sum of

@@ -120,6 +120,9 @@ pub use track_defect::TrackDefect;
 #[doc(hidden)]
 #[deprecated(since = "0.2.0", note = "renamed to StepTolerance")]
 pub use tolerance::StepTolerance as Tolerance;
+#[doc(hidden)]
+#[deprecated(since = "0.2.0", note = "renamed to TrackDefect")]
+pub use track_defect::TrackDefect as Fault;
 
 use crate::error::Error;
 use crate::numerics::scalar::Scalar;

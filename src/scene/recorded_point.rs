@@ -167,8 +167,8 @@ fn acceleration_unit(table: &Table, column: usize) -> Result<f64, marker_files::
     })
 }
 
-/// The defect [`TrackDefect::Gravity`] if the size of the mean acceleration, the last velocity over the last time, differs
-/// from standard gravity by less than [`NEAR_GRAVITY`] of that. None otherwise, and for an empty path.
+/// The defect [`TrackDefect::Gravity`] if the size of the mean acceleration, the last velocity over the last time,
+/// differs from standard gravity by less than [`NEAR_GRAVITY`] of that. None otherwise, and for an empty path.
 fn gravity_fault(path: &[PathPoint]) -> Option<TrackDefect> {
     let last = path.last()?;
     let mean = last.velocity.map(|v| v / last.time);

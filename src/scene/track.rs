@@ -10,9 +10,9 @@
 //! those of the integration for a track from accelerations. Before the first and after the last position the motion
 //! continues with constant velocity.
 //!
-//! Building a problem examines a track: it then has the defects of the recording ([`TrackDefect`]), and the bandwidth, Hz, of
-//! the markers that drive a support (none if they move less than the noise). Before that it has neither. Defects become
-//! warnings.
+//! Building a problem examines a track: it then has the defects of the recording ([`TrackDefect`]), and the bandwidth,
+//! Hz, of the markers that drive a support (none if they move less than the noise). Before that it has neither. Defects
+//! become warnings.
 
 use crate::code::Code;
 use crate::error::Error;

@@ -3,8 +3,8 @@
 //! Kinds: lost frames, exchanged labels, missing frames, jumps, gravity in accelerations, and glitches (jumps of a
 //! single frame); other modules detect them. A defect has data of its kind: names of markers, times (s), numbers of
 //! frames, the largest jump or the error of interpolation (m), the mean acceleration (m/s^2). Lost frames and exchanged
-//! labels also have whether they were corrected. [`TrackDefect::code`] is the warning code; the text has finding, consequence
-//! and action. `retain_distinct` removes jumps that are reported already as lost frames or glitches.
+//! labels also have whether they were corrected. [`TrackDefect::code`] is the warning code; the text has finding,
+//! consequence and action. `retain_distinct` removes jumps that are reported already as lost frames or glitches.
 
 use crate::code::Code;
 use serde::{Deserialize, Serialize};

@@ -1,6 +1,6 @@
 //! User-defined measurements: exact derivatives, fits together with built-in ones, and invalid points.
 
-use rodfit::fit::{Gauge, GaugeContext, Quantity};
+use rodfit::fit::{Gauge, GaugeContext, Observable};
 use rodfit::scene::Stencil;
 use rodfit::{Fit, Parameter, Point, Problem, Scalar};
 
@@ -11,7 +11,7 @@ use crate::runs::sum;
 #[derive(Debug)]
 struct TipAngle;
 
-impl Quantity for TipAngle {
+impl Observable for TipAngle {
     fn points(&self) -> Vec<Point> {
         vec![Point::ArcLength(0.47), Point::Tip]
     }
@@ -25,7 +25,7 @@ impl Quantity for TipAngle {
 #[derive(Debug)]
 struct ClampMoment;
 
-impl Quantity for ClampMoment {
+impl Observable for ClampMoment {
     fn points(&self) -> Vec<Point> {
         [0.02, 0.06, 0.1].map(Point::ArcLength).into()
     }
@@ -40,7 +40,7 @@ impl Quantity for ClampMoment {
 }
 
 /// A quantity of a simulated motion, as a gauge would show it.
-fn shown(problem: &Problem, quantity: &impl Quantity, time: f64) -> f64 {
+fn shown(problem: &Problem, quantity: &impl Observable, time: f64) -> f64 {
     let run = problem.simulate().unwrap();
     let step = 1e-7;
     let moving = |point: &Point| {
@@ -158,7 +158,7 @@ fn user_defined_measurement_is_fitted_with_others() {
     assert_eq!(late[..2], ["late", "other times"]);
     #[derive(Debug)]
     struct Beyond;
-    impl Quantity for Beyond {
+    impl Observable for Beyond {
         fn points(&self) -> Vec<Point> {
             vec![Point::ArcLength(0.6)]
         }

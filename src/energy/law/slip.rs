@@ -14,11 +14,12 @@
 //! which is the derivative of the step itself: Newton's method returns to the limit in every iteration.
 //! `R` is a curvature, 1/m, times the joint's length.
 //!
-//! Input: the joint's stiffness `K` (N m), and the stretch `z` of its springs without slip. Output of [`SlipElements`]: the
-//! stretch `z` with slip (`stretch_with_slip`), stiffness and stress of the springs (`response`, N m), and the absolute
-//! distance of `|z|` from `R` (`distance_to_slipping`). `energy` is that of springs at a stretch with slip, J. With one
-//! strain, `|z|` is the absolute value, and a slipping spring has no stiffness. [`SliderRates`] has the derivatives of
-//! `R`, taken from dual sliders; its `slip_rate` returns those of the stretch with slip along parameters.
+//! Input: the joint's stiffness `K` (N m), and the stretch `z` of its springs without slip. Output of [`SlipElements`]:
+//! the stretch `z` with slip (`stretch_with_slip`), stiffness and stress of the springs (`response`, N m), and the
+//! absolute distance of `|z|` from `R` (`distance_to_slipping`). `energy` is that of springs at a stretch with slip, J.
+//! With one strain, `|z|` is the absolute value, and a slipping spring has no stiffness. [`SliderRates`] has the
+//! derivatives of `R`, taken from dual sliders; its `slip_rate` returns those of the stretch with slip along
+//! parameters.
 
 use crate::energy::law::Symmetric;
 use crate::numerics::directions::{Directions, dot as lanes_dot};
@@ -167,10 +168,10 @@ impl<const G: usize> SliderRates<G> {
         Self((0..count).map(|i| Directions(duals.map(|sliders| sliders.limits[i].eps))).collect())
     }
 
-    /// The derivatives of [`stretch_with_slip`](SlipElements::stretch_with_slip) of joint `i` at the stretch `z` without
-    /// slip. `z` has the derivatives `rate`, which are returned for a spring that sticks. Else they are those of `z
-    /// R/|z|`, by `z`, by the limit `R`, and by the elastic stiffness with the derivatives `stiffer`; with one strain
-    /// those of `R` times the sign of `z`.
+    /// The derivatives of [`stretch_with_slip`](SlipElements::stretch_with_slip) of joint `i` at the stretch `z`
+    /// without slip. `z` has the derivatives `rate`, which are returned for a spring that sticks. Else they are those
+    /// of `z R/|z|`, by `z`, by the limit `R`, and by the elastic stiffness with the derivatives `stiffer`; with one
+    /// strain those of `R` times the sign of `z`.
     pub fn slip_rate<K: Symmetric<f64, S>, R: Symmetric<Directions<G>, S>, const S: usize>(
         &self,
         sliders: &SlipElements<f64>,

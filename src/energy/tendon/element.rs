@@ -1,10 +1,10 @@
 //! A tendon as an element of a rod: energy, hand-derived gradient and Hessian by the unknowns.
 //!
-//! Input: the unknowns of an element of a rod in a plane or in space (m, rad), and its [`ElementContext`] with the numbers of a
-//! [`RoutePart`] and the tension, N, over any scalar of rods. Output of [`TendonElement`]: energy, J, gradient, N (N m
-//! for angles), and the lower triangle of the Hessian. Over three nodes the derivatives follow from `planar` or
-//! `spatial`, over two nodes from the axial force in the edge. The energy, and on request all derivatives in dual
-//! numbers, are those of the definition ([`Tendon`]).
+//! Input: the unknowns of an element of a rod in a plane or in space (m, rad), and its [`ElementContext`] with the
+//! numbers of a [`RoutePart`] and the tension, N, over any scalar of rods. Output of [`TendonElement`]: energy, J,
+//! gradient, N (N m for angles), and the lower triangle of the Hessian. Over three nodes the derivatives follow from
+//! `planar` or `spatial`, over two nodes from the axial force in the edge. The energy, and on request all derivatives
+//! in dual numbers, are those of the definition ([`Tendon`]).
 
 use crate::energy::Derivatives;
 use crate::energy::adapter::{
@@ -32,9 +32,9 @@ impl<const N: usize> Default for TendonElement<N> {
 
 /// The part of the route at a place, and the tension there, N, times the weight of the place.
 #[inline]
-fn part_and_tension<D: Scalar>(site: &ElementContext<D>) -> (RoutePart<D>, D) {
-    let tension = site.weight.map_or(site.values[0], |weight| site.values[0] * weight);
-    (RoutePart::from_numbers(|i| site.place[i]), tension)
+fn part_and_tension<D: Scalar>(context: &ElementContext<D>) -> (RoutePart<D>, D) {
+    let tension = context.weight.map_or(context.values[0], |weight| context.values[0] * weight);
+    (RoutePart::from_numbers(|i| context.place[i]), tension)
 }
 
 /// The unknowns of an element, whose number follows from the numbers of nodes and of unknowns per node.
@@ -54,8 +54,8 @@ struct TendonEdge<D, const M: usize> {
 
 impl<D: Scalar, const M: usize> TendonEdge<D, M> {
     /// The edge with the unknowns `q` of both nodes, at a place of a tendon.
-    fn new(site: &ElementContext<D>, q: &[D]) -> Self {
-        let (stride, (part, tension)) = (site.chart.stride(), part_and_tension(site));
+    fn new(context: &ElementContext<D>, q: &[D]) -> Self {
+        let (stride, (part, tension)) = (context.chart.stride(), part_and_tension(context));
         let edge = components(|c| q[stride + c] - q[c]);
         let (length, zero) = (squared(&edge).sqrt(), D::from(0.0));
         let route = RouteLength::new(&part, length, [zero; 2], zero);
@@ -93,59 +93,59 @@ impl<D: RodScalar, const N: usize> EnergyOver<D> for TendonElement<N>
 where
     Tendon<N>: OwnEnergy<N, 1>,
 {
-    /// The energy, J, at the unknowns `q` of the element at `site`, times its weight.
-    fn energy(&self, site: &ElementContext<D>, q: &[D]) -> D {
-        self.0.energy(site, q)
+    /// The energy, J, at the unknowns `q` of the element at `context`, times its weight.
+    fn energy(&self, context: &ElementContext<D>, q: &[D]) -> D {
+        self.0.energy(context, q)
     }
 
-    /// Writes the derivatives by the unknowns `q`, N (N m for angles), times the weight of the site, to the first
+    /// Writes the derivatives by the unknowns `q`, N (N m for angles), times the weight of the element, to the first
     /// `q.len()` entries of `to`: by hand, or in dual numbers on request.
     fn gradient(
         &self,
-        site: &ElementContext<D>,
+        context: &ElementContext<D>,
         q: &[D],
         derivatives: Derivatives,
         to: &mut [D; MOST],
     ) {
         if derivatives == Derivatives::Dual {
-            return self.0.gradient(site, q, derivatives, to);
+            return self.0.gradient(context, q, derivatives, to);
         }
-        let (part, tension) = part_and_tension(site);
-        match (site.chart, N) {
-            (Chart::Plane { .. }, 2) => TendonEdge::<D, 2>::new(site, q).write_gradient(to),
-            (Chart::Space { .. }, 2) => TendonEdge::<D, 3>::new(site, q).write_gradient(to),
+        let (part, tension) = part_and_tension(context);
+        match (context.chart, N) {
+            (Chart::Plane { .. }, 2) => TendonEdge::<D, 2>::new(context, q).write_gradient(to),
+            (Chart::Space { .. }, 2) => TendonEdge::<D, 3>::new(context, q).write_gradient(to),
             (Chart::Plane { across, .. }, _) => {
                 let tendon = PlanarTendon::new(&part, tension, *across, sized(q));
                 to[..q.len()].copy_from_slice(&tendon.gradient());
             }
             (Chart::Space { .. }, _) => {
-                let tendon = SpatialTendon::new(&part, tension, site.frames, sized(q));
+                let tendon = SpatialTendon::new(&part, tension, context.frames, sized(q));
                 to[..q.len()].copy_from_slice(&tendon.gradient());
             }
         }
     }
 
-    /// Writes first derivatives and the lower triangle of the second ones by `q`, times the weight of the site, to the
-    /// first entries of `to`: by hand, or in dual numbers on request.
+    /// Writes first derivatives and the lower triangle of the second ones by `q`, times the weight of the element, to
+    /// the first entries of `to`: by hand, or in dual numbers on request.
     fn tangent(
         &self,
-        site: &ElementContext<D>,
+        context: &ElementContext<D>,
         q: &[D],
         derivatives: Derivatives,
         to: &mut OwnLocal<D>,
     ) {
         if derivatives == Derivatives::Dual {
-            return self.0.tangent(site, q, derivatives, to);
+            return self.0.tangent(context, q, derivatives, to);
         }
-        let (part, tension) = part_and_tension(site);
-        match (site.chart, N) {
+        let (part, tension) = part_and_tension(context);
+        match (context.chart, N) {
             (Chart::Plane { .. }, 2) => {
-                let edge = TendonEdge::<D, 2>::new(site, q);
+                let edge = TendonEdge::<D, 2>::new(context, q);
                 edge.write_gradient(&mut to.0);
                 edge.write_hessian(&mut to.1);
             }
             (Chart::Space { .. }, 2) => {
-                let edge = TendonEdge::<D, 3>::new(site, q);
+                let edge = TendonEdge::<D, 3>::new(context, q);
                 edge.write_gradient(&mut to.0);
                 edge.write_hessian(&mut to.1);
             }
@@ -155,7 +155,7 @@ where
                 write(gradient, hessian, to);
             }
             (Chart::Space { .. }, _) => {
-                let tendon = SpatialTendon::new(&part, tension, site.frames, sized(q));
+                let tendon = SpatialTendon::new(&part, tension, context.frames, sized(q));
                 let (gradient, hessian) = tendon.tangent();
                 write(gradient, hessian, to);
             }
@@ -192,8 +192,8 @@ where
     }
 
     /// Sums of the absolute terms in each entry of the gradient and Hessian by `q`, those of the definition.
-    fn terms(&self, site: &ElementContext<f64>, q: &[f64]) -> OwnLocal<f64> {
-        self.0.terms(site, q)
+    fn terms(&self, context: &ElementContext<f64>, q: &[f64]) -> OwnLocal<f64> {
+        self.0.terms(context, q)
     }
 }
 

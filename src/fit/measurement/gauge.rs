@@ -1,6 +1,6 @@
 //! Readings of a user-defined quantity, over time or at rest, as from a strain gauge or a load cell.
 //!
-//! Input: a [`Quantity`], a function of positions and velocities of some points of the rod; its readings in its own
+//! Input: an [`Observable`], a function of positions and velocities of some points of the rod; its readings in its own
 //! unit, with times in s or at rest; one standard deviation in this unit. Output: [`Gauge`], a data set whose
 //! differences in a fit are the quantity of the simulated rod less the reading.
 //! They do not depend on the camera of the scene. Points that are not on the rod, readings that are not finite, times
@@ -11,7 +11,7 @@
 use crate::error::{Error, ensure};
 use crate::fit::measurement::dataset::{DataKind, Dataset, Header, ValidationContext};
 use crate::fit::measurement::quantity::{
-    DynQuantity, GaugeContext, GaugeScalar, PointState, Quantity,
+    DynObservable, GaugeContext, GaugeScalar, Observable, PointState,
 };
 use crate::fit::measurement::reading::Reading;
 use crate::fit::measurement::simulated::{Requirements, SimulatedOutput};
@@ -19,14 +19,14 @@ use crate::fit::structure::structure_problem::refuse_structure;
 use crate::scene::Point;
 use std::sync::Arc;
 
-/// Readings of a [`Quantity`], in the order of their times. They do not depend on the camera of the scene.
+/// Readings of an [`Observable`], in the order of their times. They do not depend on the camera of the scene.
 #[derive(Clone, Debug)]
 pub struct GaugeReadings {
     /// Values with their times.
     pub readings: Vec<Reading>,
     /// The points of the rod that the quantity depends on.
     points: Vec<Point>,
-    quantity: Arc<dyn DynQuantity>,
+    quantity: Arc<dyn DynObservable>,
 }
 
 /// Readings of a user-defined quantity with their header.
@@ -38,7 +38,7 @@ impl Gauge {
     pub fn over_time(
         name: impl Into<String>,
         unit: impl Into<String>,
-        quantity: impl Quantity,
+        quantity: impl Observable,
         readings: &[(f64, f64)],
         sigma: f64,
     ) -> Self {
@@ -51,7 +51,7 @@ impl Gauge {
     pub fn at_rest(
         name: impl Into<String>,
         unit: impl Into<String>,
-        quantity: impl Quantity,
+        quantity: impl Observable,
         values: &[f64],
         sigma: f64,
     ) -> Self {
@@ -64,7 +64,7 @@ impl Gauge {
     fn new(
         name: impl Into<String>,
         unit: impl Into<String>,
-        quantity: impl Quantity,
+        quantity: impl Observable,
         readings: Vec<Reading>,
         sigma: f64,
     ) -> Self {
@@ -149,8 +149,8 @@ impl DataKind for GaugeReadings {
                 let [position, velocity] = record.motion(stencil, time)?;
                 points.push(PointState { position, velocity });
             }
-            let sight = GaugeContext { time, points: &points, scene: simulated.scene };
-            each(D::evaluate(&*self.quantity, &sight) - *value);
+            let context = GaugeContext { time, points: &points, scene: simulated.scene };
+            each(D::evaluate(&*self.quantity, &context) - *value);
         }
         Ok(())
     }

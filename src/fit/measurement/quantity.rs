@@ -1,7 +1,7 @@
 //! User-defined quantities: functions of the positions and velocities of points of the rod, with exact derivatives.
 //!
-//! A user implements [`Quantity`] once over any scalar type. A fit evaluates it with `f64`, dual numbers (first
-//! derivative) and hyper-dual numbers (second derivatives), through the object-safe form [`DynQuantity`] and the
+//! A user implements [`Observable`] once over any scalar type. A fit evaluates it with `f64`, dual numbers (first
+//! derivative) and hyper-dual numbers (second derivatives), through the object-safe form [`DynObservable`] and the
 //! dispatch [`GaugeScalar`]. Input of a quantity: time, s, positions and velocities of its points, and the scene
 //! ([`GaugeContext`]). Output: its value in its own unit.
 
@@ -16,7 +16,7 @@ use std::fmt::Debug;
 /// It is defined once over any [`Scalar`]: a fit computes exact first and second derivatives with dual numbers.
 ///
 /// ```
-/// use rodfit::fit::{Gauge, Quantity, GaugeContext};
+/// use rodfit::fit::{Gauge, Observable, GaugeContext};
 /// use rodfit::{Fit, Parameter, Point, Scalar, Scene};
 ///
 /// /// A strain gauge on the upper face of a round rod, 5 mm to each side of its place.
@@ -25,7 +25,7 @@ use std::fmt::Debug;
 ///     place: f64,
 ///     radius: f64,
 /// }
-/// impl Quantity for Strain {
+/// impl Observable for Strain {
 ///     fn points(&self) -> Vec<Point> {
 ///         [-5e-3, 0.0, 5e-3].map(|off| Point::ArcLength(self.place + off)).into()
 ///     }
@@ -49,7 +49,7 @@ use std::fmt::Debug;
 /// # assert!((strain / small - 1.0).abs() < 0.1, "{strain:e} {small:e}");
 /// # Ok::<(), rodfit::Error>(())
 /// ```
-pub trait Quantity: Debug + Send + Sync + 'static {
+pub trait Observable: Debug + Send + Sync + 'static {
     /// The points of the rod that the quantity depends on; their states are passed to `show` in this order.
     fn points(&self) -> Vec<Point>;
     /// The value of the quantity, in its unit, for the state `rod` of its points, the time and the scene.
@@ -61,7 +61,7 @@ pub trait Quantity: Debug + Send + Sync + 'static {
 pub struct GaugeContext<'a, D> {
     /// Time of the motion, s; zero at rest.
     pub time: f64,
-    /// States of the [points](Quantity::points), in their order.
+    /// States of the [points](Observable::points), in their order.
     pub points: &'a [PointState<D>],
     /// The scene, with its numbers over `D`.
     pub scene: &'a Scene<D>,
@@ -76,8 +76,8 @@ pub struct PointState<D> {
     pub velocity: [D; 3],
 }
 
-/// Object-safe form of a [`Quantity`]: one function for each scalar type of a fit.
-pub trait DynQuantity: Debug + Send + Sync {
+/// Object-safe form of an [`Observable`]: one function for each scalar type of a fit.
+pub trait DynObservable: Debug + Send + Sync {
     /// The value of the quantity for the state `rod`, over `f64`, without derivatives.
     fn plain(&self, rod: &GaugeContext<f64>) -> f64;
     /// The value of the quantity for the state `rod` with one first derivative, by dual numbers.
@@ -87,7 +87,7 @@ pub trait DynQuantity: Debug + Send + Sync {
     fn hyper_dual(&self, rod: &GaugeContext<HyperDual64>) -> HyperDual64;
 }
 
-impl<Q: Quantity> DynQuantity for Q {
+impl<Q: Observable> DynObservable for Q {
     /// The value of the quantity for the state `rod`, over `f64`, without derivatives.
     fn plain(&self, rod: &GaugeContext<f64>) -> f64 {
         self.show(rod)
@@ -103,30 +103,30 @@ impl<Q: Quantity> DynQuantity for Q {
     }
 }
 
-/// A scalar type of a fit, with the function of [`DynQuantity`] that belongs to it.
+/// A scalar type of a fit, with the function of [`DynObservable`] that belongs to it.
 pub trait GaugeScalar: Scalar {
     /// The value of a `quantity` for the state `rod`, with the derivatives of this type, by the function of
-    /// [`DynQuantity`] for it.
-    fn evaluate(quantity: &dyn DynQuantity, rod: &GaugeContext<Self>) -> Self;
+    /// [`DynObservable`] for it.
+    fn evaluate(quantity: &dyn DynObservable, rod: &GaugeContext<Self>) -> Self;
 }
 
 impl GaugeScalar for f64 {
     /// The value of a `quantity` for the state `rod`, without derivatives.
-    fn evaluate(quantity: &dyn DynQuantity, rod: &GaugeContext<Self>) -> Self {
+    fn evaluate(quantity: &dyn DynObservable, rod: &GaugeContext<Self>) -> Self {
         quantity.plain(rod)
     }
 }
 
 impl GaugeScalar for Dual64 {
     /// The value of a `quantity` for the state `rod` with one first derivative.
-    fn evaluate(quantity: &dyn DynQuantity, rod: &GaugeContext<Self>) -> Self {
+    fn evaluate(quantity: &dyn DynObservable, rod: &GaugeContext<Self>) -> Self {
         quantity.dual(rod)
     }
 }
 
 impl GaugeScalar for HyperDual64 {
     /// The value of a `quantity` for the state `rod` with two first derivatives and one second one.
-    fn evaluate(quantity: &dyn DynQuantity, rod: &GaugeContext<Self>) -> Self {
+    fn evaluate(quantity: &dyn DynObservable, rod: &GaugeContext<Self>) -> Self {
         quantity.hyper_dual(rod)
     }
 }

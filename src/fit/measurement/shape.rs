@@ -132,8 +132,8 @@ impl RestShape {
 
     /// Reads a CSV file with the column `s` (arc length from the wall, m or in the unit of its header) or `node`
     /// (index), and at least one of x, y, z as in [`Recording`]s. The columns `offset_t`, `offset_d1` and `offset_d2`
-    /// are the [offsets](ShapePoint::offset) of markers, zero where blank. Without `s` and `node` the rows are points of
-    /// the [centerline](Self::center_line) in their order along the rod.
+    /// are the [offsets](ShapePoint::offset) of markers, zero where blank. Without `s` and `node` the rows are points
+    /// of the [centerline](Self::center_line) in their order along the rod.
     ///
     /// # Errors
     ///

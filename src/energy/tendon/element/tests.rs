@@ -125,7 +125,7 @@ impl Case {
         let frames: Vec<EdgeFrame<D>> = self.frames.iter().map(|f| f.map(D::from)).collect();
         let (values, place, q) = (all(&[self.tension]), all(&self.place), all(&self.q));
         let weight = self.weight.map(D::from);
-        let site = ElementContext {
+        let context = ElementContext {
             chart: &chart,
             frames: &frames,
             values: &values,
@@ -135,8 +135,8 @@ impl Case {
         let unset = D::from(f64::NAN);
         let mut local = ([unset; MOST], [[unset; MOST]; MOST]);
         let mut gradient = [unset; MOST];
-        energy.tangent(&site, &q, derivatives, &mut local);
-        energy.gradient(&site, &q, derivatives, &mut gradient);
+        energy.tangent(&context, &q, derivatives, &mut local);
+        energy.gradient(&context, &q, derivatives, &mut gradient);
         (local, gradient)
     }
 
