@@ -1,13 +1,15 @@
 //! Coverage of 95 % intervals: seeded data sets with known truth are fitted, and the share of intervals that contain the
-//! truth is printed, for Young's modulus, damping, clamp angle and camera clock, and for several kinds of noise.
+//! truth is printed, for Young's modulus, damping, clamp angle, camera clock and friction, and for several kinds of noise.
 //!
 //! `cargo run --release --example coverage` for 40 data sets a case, `-- 2000` for the campaign,
-//! `-- 1000 noise` for the cases whose name begins with `noise`.
+//! `-- 1000 noise` for the cases whose name begins with `noise`, `-- 100 strip` for the strip on a floor.
 
 use indicatif::{ParallelProgressIterator, ProgressBar};
 use rayon::prelude::*;
 use rodfit::fit::{Analysis, Refinement, Sample};
-use rodfit::scene::{Camera, Material, Section, Shape, Time};
+use rodfit::scene::{
+    Camera, Contact, End, InitialState, Material, Motion, Scheme, Section, Shape, Time,
+};
 use rodfit::{Error, Fit, Observation, Parameter, Point, Scene, Unknown};
 
 mod noise;
@@ -21,7 +23,9 @@ struct Case {
     kind: Noise,
     noise: f64,
     samples: u32,
-    unknowns: &'static [Parameter],
+    unknowns: Vec<Parameter>,
+    /// Observed points of the rod.
+    points: &'static [Point],
     /// Whether they are known within a factor of two, which saves the search for a start.
     known: bool,
     profile: bool,
@@ -38,11 +42,49 @@ fn cantilever(end: f64, damping: f64) -> Scene {
     scene
 }
 
+/// A sloping strip that its clamp presses onto a floor by 40 mm, and moves by 30 mm to either side.
+fn dragged_strip() -> Scene {
+    let shape = Shape::Straight { length: 0.3, direction: [0.6, -0.8, 0.0] };
+    let section = Section::Circle { radius: 2e-3 };
+    let mut scene = Scene::new(10, shape, section, Material::new(1200.0, 1e8));
+    scene.loads.gravity = [0.0, -9.81, 0.0];
+    scene.loads.damping.stiffness = 5e-3;
+    let motion = |displacement, frequency| Motion {
+        end: End::Start,
+        displacement,
+        frequency,
+        ..Motion::default()
+    };
+    scene.supports.motion =
+        vec![motion([0.0, -0.04, 0.0], None), motion([0.03, 0.0, 0.0], Some(2.0))];
+    scene.contacts = vec![Contact::Plane {
+        point: [0.0, -0.245, 0.0],
+        normal: [0.0, 1.0, 0.0],
+        stiffness: Some(1e7),
+        contact_radius: None,
+        damping: None,
+        friction: Some(0.3),
+        slip_velocity: Some(0.01),
+        motion: Vec::new(),
+    }];
+    scene.initial.state = InitialState::Equilibrium;
+    let scheme = Scheme::GeneralisedAlpha;
+    scene.time = Some(Time { scheme, ..Time::new(0.5, 5e-3) });
+    scene
+}
+
 /// For every parameter: whether its interval contains the truth, and whether that of its profile does. None for a fit without
 /// intervals.
-fn covers(case: &Case, clean: &Observation, seed: u64) -> Result<Option<Vec<(bool, bool)>>, Error> {
-    let mut data = clean.clone();
-    case.kind.add(&mut data, case.noise, 0, seed);
+fn covers(
+    case: &Case,
+    clean: &[Observation],
+    seed: u64,
+) -> Result<Option<Vec<(bool, bool)>>, Error> {
+    let mut data = clean.to_vec();
+    for (i, data) in data.iter_mut().enumerate() {
+        // Each point has noise of its own.
+        case.kind.add(data, case.noise, 0, seed + ((i as u64) << 32));
+    }
     // Data and model have the same mesh and step.
     let analysis = Analysis {
         profile: case.profile,
@@ -52,7 +94,8 @@ fn covers(case: &Case, clean: &Observation, seed: u64) -> Result<Option<Vec<(boo
     // The fitted scene assumes an exact clamp and an exact camera.
     let mut scene = case.scene.clone();
     (scene.supports.angle, scene.camera) = (0.0, Camera::default());
-    let fit = Fit::new(&scene.problem()?).observe(data).analyse(analysis);
+    let fit = Fit::new(&scene.problem()?).analyse(analysis);
+    let fit = data.into_iter().fold(fit, |fit, data| fit.observe(data));
     let unknown = |parameter: &Parameter| match parameter.of(&case.scene).filter(|_| case.known) {
         Some(truth) => Unknown::new(*parameter).start(truth).bounds(0.5 * truth, 2.0 * truth),
         None => Unknown::new(*parameter),
@@ -84,7 +127,8 @@ fn main() -> Result<(), Error> {
             kind: Noise::White,
             noise: 2e-3,
             samples: 30,
-            unknowns: &[Parameter::YoungsModulus],
+            unknowns: vec![Parameter::YoungsModulus],
+            points: &[Point::Tip],
             known: false,
             profile: false,
         },
@@ -94,7 +138,8 @@ fn main() -> Result<(), Error> {
             kind: Noise::White,
             noise: 1e-3,
             samples: 30,
-            unknowns: &[Parameter::YoungsModulus, Parameter::DampingMass],
+            unknowns: vec![Parameter::YoungsModulus, Parameter::DampingMass],
+            points: &[Point::Tip],
             known: false,
             profile: false,
         },
@@ -104,7 +149,8 @@ fn main() -> Result<(), Error> {
             kind: Noise::White,
             noise: 1e-3,
             samples: 30,
-            unknowns: &[Parameter::YoungsModulus, Parameter::TimeOffset, Parameter::ClampAngle],
+            unknowns: vec![Parameter::YoungsModulus, Parameter::TimeOffset, Parameter::ClampAngle],
+            points: &[Point::Tip],
             known: false,
             profile: false,
         },
@@ -114,11 +160,23 @@ fn main() -> Result<(), Error> {
             kind: Noise::White,
             noise: 3e-3,
             samples: 30,
-            unknowns: &[Parameter::YoungsModulus],
+            unknowns: vec![Parameter::YoungsModulus],
+            points: &[Point::Tip],
             known: false,
             profile: true,
         },
     ];
+    cases.push(Case {
+        name: "strip dragged over a floor, E and friction",
+        scene: dragged_strip(),
+        kind: Noise::White,
+        noise: 5e-4,
+        samples: 40,
+        unknowns: vec![Parameter::YoungsModulus, "contacts.0.friction".parse()?],
+        points: &[Point::Tip, Point::Node(5)],
+        known: true,
+        profile: false,
+    });
     // All kinds of noise on one damped motion, with enough samples to estimate a correlation.
     let mut swinging = cantilever(0.6, 0.8);
     swinging.rod.segments = Some(6);
@@ -138,7 +196,8 @@ fn main() -> Result<(), Error> {
         kind,
         noise: 1e-3,
         samples: 300,
-        unknowns: &[Parameter::YoungsModulus, Parameter::DampingMass],
+        unknowns: vec![Parameter::YoungsModulus, Parameter::DampingMass],
+        points: &[Point::Tip],
         known: true,
         profile: false,
     }));
@@ -147,13 +206,17 @@ fn main() -> Result<(), Error> {
         // The data of a case differ in their noise only.
         let run = case.scene.problem()?.simulate()?;
         let end = case.scene.time.as_ref().map_or(0.0, |time| time.end);
-        let sample = |k: u32| -> Result<Sample, Error> {
+        let sample = |point: Point, k: u32| -> Result<Sample, Error> {
             let time = end * f64::from(k) / f64::from(case.samples);
-            let ([x, y, _], _) = run.at(Point::Tip, time)?;
+            let ([x, y, _], _) = run.at(point, time)?;
             let time = time + case.scene.camera.time_offset;
             Ok(Sample { time, position: [Some(x), Some(y), None] })
         };
-        let clean = Observation::new((1..=case.samples).map(sample).collect::<Result<_, _>>()?);
+        let observe = |point: &Point| -> Result<Observation, Error> {
+            let samples = (1..=case.samples).map(|k| sample(*point, k));
+            Ok(Observation::new(samples.collect::<Result<_, _>>()?).at(*point))
+        };
+        let clean: Vec<Observation> = case.points.iter().map(observe).collect::<Result<_, _>>()?;
         let results: Vec<Option<Vec<(bool, bool)>>> = (0..count)
             .into_par_iter()
             .progress_with(ProgressBar::new(count))

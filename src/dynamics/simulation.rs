@@ -7,8 +7,8 @@
 //! derivatives. If tangents were requested, `linearization` is the last step of Newton's method at its solution. It is
 //! `None` at the start, after an undone step, and for explicit and linearly implicit schemes. Energies are in J,
 //! without derivatives: the kinetic one of free unknowns, the elastic ones with those of Maxwell and friction springs,
-//! and the potential of the loads. Of loads in time, loads without a potential and actuators it has minus the work
-//! since the start.
+//! and the potential of the loads. Of loads in time, loads without a potential, actuators and moved obstacles it has
+//! minus the work since the start.
 //!
 //! `linearized` linearizes an earlier step from the states before and after it. `repeat_step` and `adopt` transfer a
 //! step between simulations in plain and in dual numbers. `energy_of_motion_by` and `follower_work_error` bound the
@@ -128,10 +128,13 @@ impl<D: RodScalar, R: Rod<D>> Simulation<D, R> {
     }
 
     /// Whether derivatives come from the same steps in dual numbers, because steps are not linearized: with actuators
-    /// that follow signals, loads without a potential, or damping or friction of contacts.
+    /// that follow signals, loads without a potential, damping or friction of contacts, or moved obstacles.
     pub(crate) fn needs_dual_steps(&self) -> bool {
         let rod = &self.system.rod;
-        self.has_actuators() || rod.has_follower_loads() || rod.has_contact_losses()
+        self.has_actuators()
+            || rod.has_follower_loads()
+            || rod.has_contact_losses()
+            || rod.has_moved_obstacles()
     }
 
     /// Sets the motion of supports, and the unknowns inside the free range that it prescribes. Overwrites the
@@ -291,7 +294,8 @@ impl<D: RodScalar, R: Rod<D>> Simulation<D, R> {
 
     /// All energies of the present state, J, without derivatives. Bending includes the energy of friction springs, each
     /// kind that of its Maxwell springs. The potential includes whole turns of constant moments. Of loads in time,
-    /// loads without a potential, and actuators that follow signals it has minus the work since the start.
+    /// loads without a potential, actuators that follow signals and moved obstacles it has minus the work since the
+    /// start.
     pub fn energies(&self) -> Energies {
         let kinetic = self.kinetic_energy();
         let mut energies = self.system.rod.energies(&self.state.q, &self.state.frames);
@@ -336,6 +340,32 @@ impl<D: RodScalar, R: Rod<D>> Simulation<D, R> {
     /// [`Error::Newton`], [`Error::SingularTangent`], [`Error::Unstable`], [`Error::Fold`] or [`Error::NotFinite`]; the
     /// state is then the one before the step.
     pub fn step_to(&mut self, time: f64) -> Result<(), Error> {
+        match self.system.rod.has_moved_obstacles() {
+            true => self.step_with_moved_obstacles(time),
+            false => self.step_between_obstacles(time),
+        }
+    }
+
+    /// [`step_to`](Self::step_to) of a rod with moved obstacles, whose forces depend on their places and velocities at
+    /// the end of the step. Their work is that of the mean of the forces at both ends of the step.
+    fn step_with_moved_obstacles(&mut self, time: f64) -> Result<(), Error> {
+        let interval = [self.state.time, time];
+        let work = |simulation: &Self| {
+            let State { q, v, .. } = &simulation.state;
+            simulation.system.rod.obstacle_work(interval, q, v)
+        };
+        let before = work(self);
+        self.system.rod.move_obstacles(interval);
+        if let Err(error) = self.step_between_obstacles(time) {
+            self.system.rod.move_obstacles([self.state.time; 2]);
+            return Err(error);
+        }
+        self.subtract_work(0.5 * (before + work(self)));
+        Ok(())
+    }
+
+    /// [`step_to`](Self::step_to) with the present places of all obstacles.
+    fn step_between_obstacles(&mut self, time: f64) -> Result<(), Error> {
         match self.has_actuators() {
             true => self.actuated_step_to(time),
             false => {
@@ -380,7 +410,7 @@ impl<D: RodScalar, R: Rod<D>> Simulation<D, R> {
         relative * sizes.sum::<f64>()
     }
 
-    /// Subtracts the work, J, of loads or actuators in the last step from the potential. Adds its absolute value to the
+    /// Subtracts the work, J, of loads, actuators or obstacles in the last step from the potential. Adds its absolute value to the
     /// exchanged work, a scale of step control.
     fn subtract_work(&mut self, work: f64) {
         self.state.wound -= work;
@@ -430,8 +460,10 @@ impl<D: RodScalar, R: Rod<D>> Simulation<D, R> {
         self.system.rod.energies(&self.state.q, &self.state.frames).total()
     }
 
-    /// Sets the actuators to the values of their signals at the time of the present state.
-    fn set_actuation_now(&mut self) {
+    /// Sets the actuators to the values of their signals at the time of the present state, and moves the obstacles to
+    /// their places at the end of the last step.
+    fn set_rod_now(&mut self) {
+        self.system.rod.move_obstacles([self.previous.time, self.state.time]);
         if self.has_actuators() {
             let values = self.system.actuators.values_at(self.state.time);
             self.system.set_actuation(&values);
@@ -494,18 +526,19 @@ impl<D: RodScalar, R: Rod<D>> Simulation<D, R> {
         Some(Error::NotFinite { time, name, arc_length })
     }
 
-    /// Restores the state before the last step, and the values of actuators at its time; a second call changes nothing.
+    /// Restores the state before the last step, the values of actuators and the places of obstacles at its time; a second call changes nothing.
     /// The work count stays.
     pub fn step_back(&mut self) {
         self.state.restore(&self.previous);
-        self.set_actuation_now();
+        self.set_rod_now();
     }
 }
 
 impl<R: Rod<f64>> Simulation<f64, R> {
     /// Takes over the last step of a simulation of the same rod in dual numbers: time, unknowns, velocities, forces,
     /// accelerations, frames, internal variables, potential of moments and exchanged work without derivatives, and its
-    /// counts of work. The present state becomes the previous one, and actuators get the values of their signals.
+    /// counts of work. The present state becomes the previous one, actuators get the values of their signals,
+    /// and obstacles their places.
     pub(crate) fn adopt(&mut self, dual: &Simulation<Dual64, R::Dual>) {
         std::mem::swap(&mut self.state, &mut self.previous);
         let (state, of) = (&mut self.state, &dual.state);
@@ -525,7 +558,7 @@ impl<R: Rod<f64>> Simulation<f64, R> {
         set_real_frames(&of.frames, &mut state.frames);
         (state.time, state.wound, self.work) = (of.time, of.wound, dual.work);
         state.exchanged = of.exchanged;
-        self.set_actuation_now();
+        self.set_rod_now();
     }
 
     /// Overwrites the stored state before the last step by the current state, so that [`step_back`](Self::step_back)

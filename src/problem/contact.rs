@@ -1,7 +1,7 @@
 //! Contacts of a scene on the mesh of a rod: their energies, and the default stiffness.
 //!
-//! [`rod_contacts`] returns the contacts of a scene: obstacle in the axes of the model, stiffness (N/m^3), losses, and
-//! for each edge the part of it that may touch. The part of an edge behind a wall cannot touch. The force per length is
+//! [`rod_contacts`] returns the contacts of a scene: obstacle in the axes of the model at its place at a time (s), its
+//! prescribed motion, stiffness (N/m^3), losses, and for each edge the part of it that may touch. The part of an edge behind a wall cannot touch. The force per length is
 //! the stiffness times the square of the overlap. Without a stiffness in the scene it is chosen so that this force is
 //! `w + E I/L^3` at an overlap of [`OVERLAP_AT_REST`] radii. `w` is the weight of the rod per length, the other term
 //! the line load that bends it by about a tenth of its length `L`. Section and material are those halfway along the
@@ -9,12 +9,13 @@
 
 use crate::energy::adapter::Chart;
 use crate::energy::overlap::ContactPart;
-use crate::numerics::scalar::Scalar;
+use crate::numerics::scalar::{RodScalar, Scalar};
 use crate::numerics::vector::{Vector, cross, dot, map_components, sub};
-use crate::rod::{RodContact, RodContacts};
+use crate::rod::{MovedObstacle, RodContact, RodContacts};
 use crate::scene::Scene;
 use crate::scene::contact::{Contact, Obstacle};
 use crate::scene::mesh::Mesh;
+use crate::scene::obstacle_motion::ObstaclePath;
 
 /// Overlap, over the radius of the rod, at which a contact of the default stiffness carries the weight of the rod.
 const OVERLAP_AT_REST: f64 = 0.005;
@@ -60,34 +61,51 @@ fn contact_stiffness<D: Scalar>(contact: &Contact<D>, scene: &Scene<D>, length: 
     (material.density * properties.area * acceleration + bending) / (overlap * overlap)
 }
 
+/// The axes of the model in the world; in the plane the third one is its normal.
+fn model_axes<D: Scalar>(chart: &Chart<D>) -> [Vector<f64>; 3] {
+    match chart {
+        Chart::Plane { axes: [x, y], .. } => [*x, *y, cross(*x, *y)],
+        Chart::Space { axes: Some(axes) } => *axes,
+        Chart::Space { axes: None } => [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
+    }
+}
+
 /// An obstacle of the world in the axes of the model: its point relative to the origin of the model, and its axis.
 /// Kind, radius and length stay.
 fn in_model<D: Scalar>(chart: &Chart<D>, obstacle: &Obstacle<D>) -> Obstacle<D> {
-    let ([first, second, third], origin) = match chart {
-        Chart::Plane { origin, axes: [x, y], .. } => ([*x, *y, cross(*x, *y)], *origin),
-        Chart::Space { axes: Some(axes) } => (*axes, [0.0; 3]),
+    let origin = match chart {
+        Chart::Plane { origin, .. } => *origin,
+        Chart::Space { axes: Some(_) } => [0.0; 3],
         Chart::Space { axes: None } => return *obstacle,
     };
-    let along = |v: Vector<D>| {
-        let component = |axis| dot(map_components(&axis, D::from), v);
-        [component(first), component(second), component(third)]
-    };
+    let axes = model_axes(chart);
+    let along = |v: Vector<D>| axes.map(|axis| dot(map_components(&axis, D::from), v));
     let point = along(sub(obstacle.point, map_components(&origin, D::from)));
     Obstacle { point, axis: along(obstacle.axis), ..*obstacle }
 }
 
-/// All contacts of a scene on its mesh, in their order: obstacle in the axes of the model, stiffness, loss, and parts
-/// of all edges.
-pub(crate) fn rod_contacts<D: Scalar>(
+/// All contacts of a scene on its mesh, in their order: obstacle in the axes of the model at its place at a time, s, its
+/// motion, stiffness, loss, and parts of all edges.
+pub(crate) fn rod_contacts<D: RodScalar>(
     chart: &Chart<D>,
     scene: &Scene<D>,
     mesh: &Mesh<D>,
+    time: f64,
 ) -> RodContacts<D> {
-    let list = scene.contacts.iter().map(|contact| RodContact {
-        obstacle: in_model(chart, &contact.obstacle()),
-        stiffness: contact_stiffness(contact, scene, mesh.length),
-        loss: contact.loss(),
-        parts: contact_parts(contact, scene, mesh),
+    let list = scene.contacts.iter().map(|contact| {
+        let obstacle = in_model(chart, &contact.obstacle());
+        let still = [D::from(0.0); 3];
+        let moved =
+            |path| MovedObstacle { start: obstacle.point, path, velocity: still, movement: still };
+        RodContact {
+            obstacle,
+            moved: ObstaclePath::new(contact.motions(), model_axes(chart)).map(moved),
+            stiffness: contact_stiffness(contact, scene, mesh.length),
+            loss: contact.loss(),
+            parts: contact_parts(contact, scene, mesh),
+        }
     });
-    RodContacts { list: list.collect() }
+    let mut contacts = RodContacts { list: list.collect() };
+    contacts.move_obstacles([time; 2]);
+    contacts
 }

@@ -8,12 +8,13 @@
 use crate::code::Code;
 use crate::energy::overlap::{ContactPart, EdgePart, largest_overlap};
 use crate::error::Error;
-use crate::numerics::vector::Vector;
+use crate::numerics::vector::{Vector, add};
 use crate::problem::contact::contact_parts;
 use crate::problem::{Problem, with_model};
 use crate::scene::Scene;
-use crate::scene::contact::Obstacle;
+use crate::scene::contact::{Contact, Obstacle};
 use crate::scene::mesh::Mesh;
+use crate::scene::obstacle_motion::ObstaclePath;
 
 /// Largest overlap of a motion without a warning, over the radius of the rod.
 const LARGEST_PENETRATION: f64 = 0.1;
@@ -23,9 +24,21 @@ const ROUNDING: f64 = 1e-6;
 /// Contacts of a scene, whose overlaps with shapes are computed.
 #[derive(Clone, Debug, Default)]
 struct Obstacles {
-    /// Each obstacle with the parts of all edges.
-    list: Vec<(Obstacle<f64>, Vec<ContactPart<f64>>)>,
+    list: Vec<PlacedObstacle>,
 }
+
+/// Obstacle with the parts of all edges that may touch it.
+#[derive(Clone, Debug)]
+struct PlacedObstacle {
+    /// The obstacle at t = 0, in the world.
+    obstacle: Obstacle<f64>,
+    /// Its motion; none of a fixed one.
+    path: Option<ObstaclePath<f64>>,
+    parts: Vec<ContactPart<f64>>,
+}
+
+/// Axes of the world.
+const WORLD: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 
 /// Largest overlap of a shape with the obstacles of a scene.
 #[derive(Clone, Copy, Debug)]
@@ -46,22 +59,30 @@ impl Obstacles {
     /// The obstacles of a scene, each with the parts of all edges of a mesh that may touch it.
     fn new(scene: &Scene, mesh: &Mesh) -> Self {
         let contacts = scene.contacts.iter();
-        let list = contacts.map(|c| (c.obstacle(), contact_parts(c, scene, mesh))).collect();
-        Self { list }
+        let placed = |contact: &Contact| PlacedObstacle {
+            obstacle: contact.obstacle(),
+            path: ObstaclePath::new(contact.motions(), WORLD),
+            parts: contact_parts(contact, scene, mesh),
+        };
+        Self { list: contacts.map(placed).collect() }
     }
 
     /// The largest overlap, over the radius of the rod, of a shape with nodes at `position(i)`, m, at a time, s, or at
-    /// rest. `None` without contacts.
+    /// rest, with obstacles as at t = 0. `None` without contacts.
     fn largest(
         &self,
         position: impl Fn(usize) -> Vector<f64>,
         time: Option<f64>,
     ) -> Option<Penetration> {
         let mut largest: Option<Penetration> = None;
-        for (contact, (obstacle, parts)) in self.list.iter().enumerate() {
+        for (contact, PlacedObstacle { obstacle, path, parts }) in self.list.iter().enumerate() {
+            let mut obstacle = *obstacle;
+            if let Some(path) = path {
+                obstacle.point = add(obstacle.point, path.displacement(time.unwrap_or(0.0)));
+            }
             for (edge, part) in parts.iter().enumerate() {
                 let nodes = [position(edge), position(edge + 1)];
-                let overlap = largest_overlap(EdgePart { obstacle, part }, nodes);
+                let overlap = largest_overlap(EdgePart { obstacle: &obstacle, part }, nodes);
                 let relative = overlap / part.radius;
                 if largest.is_none_or(|found| relative > found.relative) {
                     let place = part.arc_length;

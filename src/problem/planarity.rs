@@ -20,7 +20,7 @@ use crate::scene::contact::contact_directions;
 use crate::scene::mesh::Mesh;
 use crate::scene::plane::KeyedVector;
 use crate::scene::prescribed_motion::MotionTime;
-use crate::scene::{ActuatedStrain, Actuation, Plane, Scene, Track};
+use crate::scene::{ActuatedStrain, Actuation, Motion, Plane, Scene, Track};
 use num_dual::Dual64;
 
 /// Largest component of a vector out of its plane, or along its normal, relative to its length.
@@ -73,15 +73,20 @@ impl<D: Scalar> PlanarVectors<D> {
         let [in_plane, across] = contact_directions(&scene.contacts, nodes[0]);
         within.extend(in_plane);
         normal.extend(across);
-        // Motions of the ends, also recorded ones at every frame.
+        // Motions of ends and obstacles, also recorded ones at every frame.
         for (i, motion) in scene.supports.motion.iter().enumerate() {
             let key = format!("supports.motion[{i}]");
             within.push(keyed(&format!("{key}.displacement"), motion.displacement));
             normal.push(keyed(&format!("{key}.rotation"), motion.rotation));
-            let times = motion.track.as_ref().map_or(&[][..], |track| track.times());
-            let recorded = |t: &f64| motion.recorded_displacement(MotionTime::Time(D::from(*t)));
-            let file = format!("{key}.file");
-            within.extend(times.iter().filter_map(recorded).map(|x| keyed(&file, x)));
+            within.extend(recorded_displacements(&key, motion));
+        }
+        for (i, contact) in scene.contacts.iter().enumerate() {
+            for (k, own) in contact.motions().iter().enumerate() {
+                let key = format!("contacts[{i}].motion[{k}]");
+                within.push(keyed(&format!("{key}.velocity"), own.velocity));
+                within.push(keyed(&format!("{key}.displacement"), own.displacement));
+                within.extend(recorded_displacements(&key, &own.support_motion()));
+            }
         }
         // A recording has no derivatives.
         if D::PLAIN
@@ -100,6 +105,15 @@ impl<D: Scalar> PlanarVectors<D> {
         }
         Self { within, normal }
     }
+}
+
+/// Displacements, m, of the recording of a motion at all its frames, with the key of its file; `key` is that of the
+/// motion. Empty without a recording.
+fn recorded_displacements<D: Scalar>(key: &str, motion: &Motion<D>) -> Vec<KeyedVector<D>> {
+    let times = motion.track.as_ref().map_or(&[][..], |track| track.times());
+    let recorded = |t: &f64| motion.recorded_displacement(MotionTime::Time(D::from(*t)));
+    let keyed = |vector| KeyedVector { key: format!("{key}.file"), vector };
+    times.iter().filter_map(recorded).map(keyed).collect()
 }
 
 /// A vector of the world at rest, given in world axes or, if it `follows` the rod, along tangent and directors of the

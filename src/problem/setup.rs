@@ -52,25 +52,30 @@ impl<D: RodScalar, M: Model> Setup<D, M> {
 
     /// The rod of the model, to which point masses with their weight, point and line loads, user-defined energies,
     /// actuators, contacts and loads without a potential are added. Signals have their values at `loads.at_time`.
-    /// Forces of `initial.point` are not included.
+    /// Obstacles are at their places at t = 0. Forces of `initial.point` are not included.
     pub fn rod(&self, model: &M) -> M::Rod<D> {
-        self.rod_under(model, &self.loads(model), self.scene.loads.at_time)
+        self.rod_under(model, &self.loads(model), [self.scene.loads.at_time, 0.0])
     }
 
-    /// [`rod`](Self::rod) with the values of signals at a time, s.
+    /// [`rod`](Self::rod) with the values of signals and the places of obstacles at a time, s.
     pub fn rod_at(&self, model: &M, time: f64) -> M::Rod<D> {
-        self.rod_under(model, &self.loads_at(model, Some(time)), time)
+        self.rod_under(model, &self.loads_at(model, Some(time)), [time; 2])
     }
 
     /// [`rod`](Self::rod) without the loads that have signals and a potential, for simulations. Actuators, and loads
     /// without a potential, have the values of their signals at t = 0.
     pub fn rod_in_motion(&self, model: &M) -> M::Rod<D> {
-        self.rod_under(model, &self.loads_at(model, None), 0.0)
+        self.rod_under(model, &self.loads_at(model, None), [0.0; 2])
     }
 
     /// [`rod`](Self::rod) with `loads` in place of point and line loads that have a potential. Other loads and
-    /// actuators are those at a time, s.
-    fn rod_under(&self, model: &M, loads: &[NodalLoad<D>], time: f64) -> M::Rod<D> {
+    /// actuators are those at the first, obstacles those at the second of two times, s.
+    fn rod_under(
+        &self,
+        model: &M,
+        loads: &[NodalLoad<D>],
+        [time, contact_time]: [f64; 2],
+    ) -> M::Rod<D> {
         let mut rod = model.rod(&self.scene, &self.rest);
         // Point masses have weight too.
         let gravity = model.components(self.scene.loads.gravity);
@@ -88,7 +93,7 @@ impl<D: RodScalar, M: Model> Setup<D, M> {
         self.actuate(model, &mut rod, time);
         if !self.scene.contacts.is_empty() {
             let chart = model.chart(&self.scene, &self.rest);
-            rod.set_contacts(rod_contacts(&chart, &self.scene, &self.mesh));
+            rod.set_contacts(rod_contacts(&chart, &self.scene, &self.mesh, contact_time));
         }
         let followers = self.follower_loads(model, time);
         if !followers.is_empty() {

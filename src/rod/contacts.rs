@@ -7,9 +7,10 @@
 //! step (`add_losses`): minus their forces (N) and the unsymmetric derivatives (N/m) are added to the equations of a
 //! step only ([`contact_loss`](crate::energy::contact_loss)). `gradients` returns minus the forces of each contact
 //! alone, losses included. `passed_obstacle` finds the first obstacle through which a step has led an edge
-//! ([`swept_edge`](crate::energy::swept_edge)). The list is empty in scenes without contacts.
+//! ([`swept_edge`](crate::energy::swept_edge)). Velocities and paths of edges are relative to a moved obstacle
+//! (`moved_obstacles`). The list is empty in scenes without contacts.
 //!
-//! `RodContacts` are all contacts, `RodContact` is that with one obstacle. `StepVelocities` are the velocities of all
+//! `RodContacts` are all contacts, `RodContact` is that with one obstacle, and `MovedObstacle` the motion of that. `StepVelocities` are the velocities of all
 //! unknowns in a step, with their derivative by the unknown.
 
 use crate::energy::contact_loss::LossyContact;
@@ -19,20 +20,36 @@ use crate::energy::swept_edge::passes_obstacle;
 use crate::numerics::banded::BandMatrix;
 use crate::numerics::scalar::{RodScalar, Scalar};
 use crate::numerics::tangent::{Tangent, UnsymmetricTangent};
-use crate::numerics::vector::{Vector, components};
+use crate::numerics::vector::{Vector, add, components};
 use crate::scene::contact::{ContactLoss, Obstacle};
+use crate::scene::obstacle_motion::ObstaclePath;
 
 /// Contact of all edges of a rod with one obstacle.
 #[derive(Clone, Debug)]
 pub struct RodContact<D> {
-    /// The obstacle along the axes of the model.
+    /// The obstacle along the axes of the model, at its place at the end of the present step.
     pub(crate) obstacle: Obstacle<D>,
+    /// Its prescribed motion; none of a fixed obstacle.
+    pub(crate) moved: Option<MovedObstacle<D>>,
     /// Force per length over the square of the overlap, N/m^3.
     pub(crate) stiffness: D,
     /// The numbers of the forces that depend on the velocity; none without any.
     pub(crate) loss: Option<ContactLoss<D>>,
     /// The parts of all edges, in their order.
     pub(crate) parts: Vec<ContactPart<D>>,
+}
+
+/// Motion of an obstacle along the axes of the model.
+#[derive(Clone, Debug)]
+pub(crate) struct MovedObstacle<D> {
+    /// Point of the obstacle at t = 0, m.
+    pub start: Vector<D>,
+    /// Its displacement in time.
+    pub path: ObstaclePath<D>,
+    /// Velocity at the end of the present step, m/s.
+    pub velocity: Vector<D>,
+    /// Displacement in the present step, m.
+    pub movement: Vector<D>,
 }
 
 /// Velocities of all unknowns in a step of a simulation.
@@ -70,6 +87,27 @@ fn edge_nodes<D: Scalar, const A: usize, const S: usize>(q: &[D], first: usize) 
 }
 
 impl<D: Scalar> RodContact<D> {
+    /// Adds the gradient at `q`, N, of a rod whose nodes have `A` coordinates and `S` unknowns, with `U = S + A` of an
+    /// edge.
+    fn sum_gradient<const A: usize, const S: usize, const U: usize>(
+        &self,
+        q: &[D],
+        gradient: &mut [D],
+    ) {
+        let mut local = ContactDerivatives::<D, U>::zero();
+        for (i, edge) in self.edges().enumerate() {
+            let nodes = edge_nodes::<D, A, S>(q, S * i);
+            if edge.edge.is_apart(nodes) {
+                continue;
+            }
+            for k in 0..edge.edge.surfaces() {
+                if edge.derive::<A, U>(k, nodes, false, &mut local) {
+                    add_local::<D, U>(&local, S * i, gradient);
+                }
+            }
+        }
+    }
+
     /// The contact of each edge of the rod with the obstacle, in the order of the edges.
     #[inline]
     fn edges(&self) -> impl Iterator<Item = EdgeContact<'_, D>> {
@@ -95,7 +133,8 @@ impl<D: Scalar> RodContacts<D> {
     }
 
     /// The index of the first contact through whose obstacle some edge of a rod in `N` dimensions passes in a step from
-    /// the unknowns `before` to `now`, on straight lines; `None` without one. Derivatives have no influence.
+    /// the unknowns `before` to `now`, on straight lines relative to the obstacle, which moves by its movement in the
+    /// step; `None` without one. Derivatives have no influence.
     pub(super) fn passed_obstacle<const N: usize>(&self, before: &[D], now: &[D]) -> Option<usize> {
         match N {
             2 => self.find_passed::<2, 2>(before, now),
@@ -111,10 +150,15 @@ impl<D: Scalar> RodContacts<D> {
     ) -> Option<usize> {
         self.list.iter().position(|contact| {
             let obstacle = contact.obstacle.map(|x| x.value());
+            let moved = contact.moved.as_ref().map(|moved| moved.movement.map(|x| x.value()));
             contact.parts.iter().enumerate().any(|(i, part)| {
                 let part = part.map(|x| x.value());
-                let [before, now] = [before, now]
+                let [mut before, now] = [before, now]
                     .map(|q| edge_nodes::<D, A, S>(q, S * i).map(|node| node.map(|x| x.value())));
+                // Places before the step relative to the obstacle after it.
+                if let Some(movement) = moved {
+                    before = before.map(|node| add(node, movement));
+                }
                 passes_obstacle(EdgePart { obstacle: &obstacle, part: &part }, before, now)
             })
         })
@@ -122,9 +166,11 @@ impl<D: Scalar> RodContacts<D> {
 
     /// Adds the gradient of the energy of all contacts at the unknowns `q` of a rod in `N` dimensions, N.
     pub(super) fn add_gradient<const N: usize>(&self, q: &[D], gradient: &mut [D]) {
-        match N {
-            2 => self.sum_gradient::<2, 2, 4>(q, gradient),
-            _ => self.sum_gradient::<3, 4, 7>(q, gradient),
+        for contact in &self.list {
+            match N {
+                2 => contact.sum_gradient::<2, 2, 4>(q, gradient),
+                _ => contact.sum_gradient::<3, 4, 7>(q, gradient),
+            }
         }
     }
 
@@ -151,29 +197,6 @@ impl<D: Scalar> RodContacts<D> {
             }
         }
         sum
-    }
-
-    /// Adds the gradient at `q`, N, of a rod whose nodes have `A` coordinates and `S` unknowns, with `U = S + A` of an
-    /// edge.
-    fn sum_gradient<const A: usize, const S: usize, const U: usize>(
-        &self,
-        q: &[D],
-        gradient: &mut [D],
-    ) {
-        let mut local = ContactDerivatives::<D, U>::zero();
-        for contact in &self.list {
-            for (i, edge) in contact.edges().enumerate() {
-                let nodes = edge_nodes::<D, A, S>(q, S * i);
-                if edge.edge.is_apart(nodes) {
-                    continue;
-                }
-                for k in 0..edge.edge.surfaces() {
-                    if edge.derive::<A, U>(k, nodes, false, &mut local) {
-                        add_local::<D, U>(&local, S * i, gradient);
-                    }
-                }
-            }
-        }
     }
 
     /// Adds gradient, N, and second derivatives, N/m, at `q`, of a rod whose nodes have `A` coordinates and `S`
@@ -212,12 +235,8 @@ impl<D: RodScalar> RodContacts<D> {
     /// velocities `v` (m/s) of a rod in `N` dimensions: one list per contact, in the order of the scene.
     pub(super) fn gradients<const N: usize>(&self, q: &[D], v: &[D]) -> Vec<Vec<D>> {
         let gradient = |contact: &RodContact<D>| {
-            let (one, zero) = (Self { list: vec![contact.clone()] }, D::from(0.0));
-            let mut gradient = vec![zero; q.len()];
-            one.add_gradient::<N>(q, &mut gradient);
-            let velocities = StepVelocities { velocity: v, slope: zero };
-            // Without a tangent any matrix type serves.
-            one.add_losses::<N>(q, velocities, &mut gradient, None::<&mut BandMatrix<D, 1>>);
+            let mut gradient = vec![D::from(0.0); q.len()];
+            contact.add_forces::<N>(q, v, &mut gradient);
             gradient
         };
         self.list.iter().map(gradient).collect()
@@ -230,16 +249,40 @@ impl<D: RodScalar> RodContacts<D> {
         q: &[D],
         velocities: StepVelocities<'_, D>,
         gradient: &mut [D],
-        tangent: Option<&mut impl UnsymmetricTangent<D>>,
+        mut tangent: Option<&mut impl UnsymmetricTangent<D>>,
     ) {
+        for contact in &self.list {
+            let tangent = tangent.as_deref_mut();
+            match N {
+                2 => contact.sum_losses::<2, 2, 4>(q, velocities, gradient, tangent),
+                _ => contact.sum_losses::<3, 4, 7>(q, velocities, gradient, tangent),
+            }
+        }
+    }
+}
+
+impl<D: RodScalar> RodContact<D> {
+    /// Adds minus all forces of the contact, N, damping and friction included, at the unknowns `q` and velocities `v`
+    /// of a rod in `N` dimensions.
+    pub(super) fn add_forces<const N: usize>(&self, q: &[D], v: &[D], gradient: &mut [D]) {
+        let velocities = StepVelocities { velocity: v, slope: D::from(0.0) };
+        // Without a tangent any matrix type serves.
+        let no_tangent = None::<&mut BandMatrix<D, 1>>;
         match N {
-            2 => self.sum_losses::<2, 2, 4>(q, velocities, gradient, tangent),
-            _ => self.sum_losses::<3, 4, 7>(q, velocities, gradient, tangent),
+            2 => {
+                self.sum_gradient::<2, 2, 4>(q, gradient);
+                self.sum_losses::<2, 2, 4>(q, velocities, gradient, no_tangent);
+            }
+            _ => {
+                self.sum_gradient::<3, 4, 7>(q, gradient);
+                self.sum_losses::<3, 4, 7>(q, velocities, gradient, no_tangent);
+            }
         }
     }
 
-    /// [`add_losses`](Self::add_losses) of a rod whose nodes have `A` coordinates and `S` unknowns, with `U = S + A` of
-    /// an edge.
+    /// Adds minus the forces that depend on the velocity, and their derivatives, as
+    /// [`add_losses`](RodContacts::add_losses), of a rod whose nodes have `A` coordinates and `S` unknowns, with `U = S
+    /// + A` of an edge. Nothing without damping and friction.
     fn sum_losses<const A: usize, const S: usize, const U: usize>(
         &self,
         q: &[D],
@@ -247,20 +290,25 @@ impl<D: RodScalar> RodContacts<D> {
         gradient: &mut [D],
         mut tangent: Option<&mut impl UnsymmetricTangent<D>>,
     ) {
-        for contact in &self.list {
-            let Some(loss) = contact.loss else { continue };
-            for (i, edge) in contact.edges().enumerate() {
-                let lossy = LossyContact { contact: edge, loss };
-                let of_edge = |x: &[D]| components(|k| x[S * i + k]);
-                let (q, v): ([D; U], [D; U]) = (of_edge(q), of_edge(velocity));
-                if !lossy.touches::<A, U>(&q) {
-                    continue;
+        let Some(loss) = self.loss else { return };
+        for (i, edge) in self.edges().enumerate() {
+            let lossy = LossyContact { contact: edge, loss };
+            let of_edge = |x: &[D]| components(|k| x[S * i + k]);
+            let (q, mut v): ([D; U], [D; U]) = (of_edge(q), of_edge(velocity));
+            if !lossy.touches::<A, U>(&q) {
+                continue;
+            }
+            // The forces depend on velocities relative to the obstacle.
+            if let Some(moved) = &self.moved {
+                for c in 0..A {
+                    v[c] -= moved.velocity[c];
+                    v[S + c] -= moved.velocity[c];
                 }
-                let forces = lossy.forces::<A, U>(&q, &v);
-                gradient[S * i..].iter_mut().zip(forces).for_each(|(to, force)| *to += force);
-                if let Some(tangent) = &mut tangent {
-                    tangent.add_unsymmetric(S * i, U, &lossy.tangent::<A, U>(&q, &v, slope));
-                }
+            }
+            let forces = lossy.forces::<A, U>(&q, &v);
+            gradient[S * i..].iter_mut().zip(forces).for_each(|(to, force)| *to += force);
+            if let Some(tangent) = &mut tangent {
+                tangent.add_unsymmetric(S * i, U, &lossy.tangent::<A, U>(&q, &v, slope));
             }
         }
     }

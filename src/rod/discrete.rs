@@ -110,7 +110,7 @@ impl<D: RodScalar, L: Layout<N, S>, const N: usize, const S: usize> DiscreteRod<
     /// [`set_viscous`](Rod::set_viscous) for one rod of an assembly: overwrites the linear laws with those of the
     /// `elastic` rod under the viscous stress. The lists of `viscosity` cover the strains of all rods, and `first` is
     /// the index of the first strain of this rod. Tensions of tendons, natural strains of nonlinear bending and factors
-    /// of follower loads are copied from `elastic`, as they may follow signals.
+    /// of follower loads are copied from `elastic`, as they may follow signals, and so are the places of obstacles.
     pub(super) fn set_viscous_from(
         &mut self,
         elastic: &Self,
@@ -125,6 +125,7 @@ impl<D: RodScalar, L: Layout<N, S>, const N: usize, const S: usize> DiscreteRod<
             own.natural = elastic.natural;
         }
         self.followers.copy_factors(&elastic.followers);
+        self.contacts.copy_obstacles(&elastic.contacts);
     }
 
     /// [`set_dashpots`](Rod::set_dashpots) for one rod of an assembly: overwrites the linear laws with those of
@@ -515,6 +516,21 @@ impl<D: RodScalar, L: Layout<N, S>, const N: usize, const S: usize> Rod<D>
     /// velocities `v`, m/s: one list per contact.
     fn contact_gradients(&self, q: &[D], v: &[D]) -> Vec<Vec<D>> {
         self.contacts.gradients::<N>(q, v)
+    }
+
+    /// Whether an obstacle has a prescribed motion.
+    fn has_moved_obstacles(&self) -> bool {
+        self.contacts.have_moved_obstacles()
+    }
+
+    /// Moves the obstacles to their places at the end of a step between two times, s.
+    fn move_obstacles(&mut self, interval: [f64; 2]) {
+        self.contacts.move_obstacles(interval);
+    }
+
+    /// The work, J, of the obstacles in their movement between two times, s, with the forces at `q` and `v`.
+    fn obstacle_work(&self, interval: [f64; 2], q: &[D], v: &[D]) -> f64 {
+        self.contacts.obstacle_work::<N>(interval, q, v)
     }
 
     /// Sets the factor of the group of loads without a potential with the index `group`; without it nothing happens.

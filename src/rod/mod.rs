@@ -33,6 +33,7 @@ mod forward_sensitivity;
 mod frames;
 pub mod layout;
 mod moments;
+mod moved_obstacles;
 mod nonlinear;
 pub mod planar;
 pub mod spatial;
@@ -44,7 +45,7 @@ mod viscosity;
 
 pub use actuators::{Actuator, ActuatorEffect, Actuators, EdgeShift, JointShift, NaturalShifts};
 pub use assembly::Assembly;
-pub(crate) use contacts::RodContact;
+pub(crate) use contacts::{MovedObstacle, RodContact};
 pub use contacts::{RodContacts, StepVelocities};
 pub use discrete::DiscreteRod;
 pub use drag::{DragSlopes, NodalDrag};
@@ -310,6 +311,22 @@ pub trait Rod<D: Scalar>: Clone + Send + Sync {
     /// velocities `v`, m/s: one list per contact. An empty list by default.
     fn contact_gradients(&self, _q: &[D], _v: &[D]) -> Vec<Vec<D>> {
         Vec::new()
+    }
+
+    /// Whether an obstacle has a prescribed motion. False by default.
+    #[inline(always)]
+    fn has_moved_obstacles(&self) -> bool {
+        false
+    }
+
+    /// Moves the obstacles to their places at the end of a step between two times, s. The default does nothing.
+    #[inline(always)]
+    fn move_obstacles(&mut self, _interval: [f64; 2]) {}
+
+    /// The work, J, of the obstacles in their movement between two times, s, with the forces at the unknowns `q` and
+    /// velocities `v`, and at the present places of the obstacles. Zero by default.
+    fn obstacle_work(&self, _interval: [f64; 2], _q: &[D], _v: &[D]) -> f64 {
+        0.0
     }
 
     /// Replaces increments of rotations in `correction`, the solution of a system with the [`tangent`](Rod::tangent) of

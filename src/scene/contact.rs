@@ -1,25 +1,31 @@
-//! `[[contacts]]`: obstacles, fixed in space, that the rod touches.
+//! `[[contacts]]`: obstacles, fixed in space or moved in time, that the rod touches.
 //!
 //! An obstacle is a half-space (`plane`), a `sphere`, an endless `cylinder`, or a `capsule`, which is a cylinder with
 //! round ends. The rod is a tube of its outer radius, or of `contact_radius`. `stiffness` is the force per length over
 //! the square of the overlap, N/m^3; without it, the program takes one from the weight and the bending stiffness of the
 //! rod. `damping` (s/m) and `friction` (Coulomb's coefficient) with `slip_velocity` (m/s) are the numbers of the forces
 //! that depend on the velocity; damping and friction are zero by default. `check_contacts` rejects, with the key,
-//! invalid numbers, directions without length, equal ends of a capsule, and sections other than circle and tube where
-//! `contact_radius` is missing. Output over any number type: shape and size of an obstacle (`obstacle`), the stiffness
+//! invalid numbers and motions, directions without length, equal ends of a capsule, and sections other than circle and
+//! tube where `contact_radius` is missing. Output over any number type: shape and size of an obstacle (`obstacle`), the stiffness
 //! that the scene gives (`given_stiffness`, else `None`), losses (`loss`, `None` without damping and friction) and
 //! radius of the rod in the contact (`rod_radius`, `None` without one). `has_damping` and `has_friction` return whether
 //! these are above zero. `contact_directions` returns the vectors that the plane of a planar rod must contain, and
 //! those that must be normal to it.
 
+use crate::code::Code;
 use crate::error::Error;
 use crate::numerics::scalar::Scalar;
 use crate::numerics::vector::{Vector, dot, scale, sub, unit};
+use crate::scene::Scene;
 use crate::scene::number::Quantity;
+use crate::scene::obstacle_motion::ObstacleMotion;
 use crate::scene::plane::KeyedVector;
 use crate::scene::section::Section;
 use crate::scene::table::{NumberTree, TABLE, table};
+use crate::scene::time::Time;
+use crate::scene::track::Track;
 use crate::scene::validate::direction;
+use std::path::Path;
 
 /// Quantity of the coordinates of a point, m.
 const POINT: Quantity = Quantity::signed("m");
@@ -39,7 +45,7 @@ const SLIP_VELOCITY: Quantity = Quantity::positive("m/s");
 const DEFAULT_SLIP_VELOCITY: f64 = 1e-3;
 
 table! {
-    /// `[[contacts]]`: an obstacle, fixed in space, that the rod touches.
+    /// `[[contacts]]`: an obstacle that the rod touches.
     pub enum Contact {
         /// The half-space behind a plane.
         Plane {
@@ -66,6 +72,9 @@ table! {
             /// Speed from which on friction is that of Coulomb's law, m/s; default: 1 mm/s.
             #[serde(default, skip_serializing_if = "Option::is_none")]
             slip_velocity: Option<D> = SLIP_VELOCITY,
+            /// Prescribed translation in time; default: none.
+            #[serde(default, skip_serializing_if = "Vec::is_empty")]
+            motion: Vec<ObstacleMotion<D>> = TABLE,
         },
         /// A sphere.
         Sphere {
@@ -91,6 +100,9 @@ table! {
             /// Speed from which on friction is that of Coulomb's law, m/s; default: 1 mm/s.
             #[serde(default, skip_serializing_if = "Option::is_none")]
             slip_velocity: Option<D> = SLIP_VELOCITY,
+            /// Prescribed translation in time; default: none.
+            #[serde(default, skip_serializing_if = "Vec::is_empty")]
+            motion: Vec<ObstacleMotion<D>> = TABLE,
         },
         /// A cylinder without ends.
         Cylinder {
@@ -119,6 +131,9 @@ table! {
             /// Speed from which on friction is that of Coulomb's law, m/s; default: 1 mm/s.
             #[serde(default, skip_serializing_if = "Option::is_none")]
             slip_velocity: Option<D> = SLIP_VELOCITY,
+            /// Prescribed translation in time; default: none.
+            #[serde(default, skip_serializing_if = "Vec::is_empty")]
+            motion: Vec<ObstacleMotion<D>> = TABLE,
         },
         /// A cylinder with a half sphere at either end.
         Capsule {
@@ -147,6 +162,9 @@ table! {
             /// Speed from which on friction is that of Coulomb's law, m/s; default: 1 mm/s.
             #[serde(default, skip_serializing_if = "Option::is_none")]
             slip_velocity: Option<D> = SLIP_VELOCITY,
+            /// Prescribed translation in time; default: none.
+            #[serde(default, skip_serializing_if = "Vec::is_empty")]
+            motion: Vec<ObstacleMotion<D>> = TABLE,
         },
     }
 }
@@ -235,6 +253,16 @@ impl<D: Scalar> Contact<D> {
         Obstacle { kind, radius, point, axis, length }
     }
 
+    /// Prescribed motions of the obstacle; empty for a fixed one.
+    pub(crate) fn motions(&self) -> &[ObstacleMotion<D>] {
+        match self {
+            Self::Plane { motion, .. }
+            | Self::Sphere { motion, .. }
+            | Self::Cylinder { motion, .. }
+            | Self::Capsule { motion, .. } => motion,
+        }
+    }
+
     /// Stiffness of the contact that the scene gives, N/m^3; `None` without one.
     pub(crate) fn given_stiffness(&self) -> Option<D> {
         match self {
@@ -290,8 +318,38 @@ impl<D: Scalar> Contact<D> {
     }
 }
 
-/// Rejects the first contact with invalid numbers, a direction of no length, equal ends of a capsule, or without a
-/// radius of the rod. The latter is missing without `contact_radius` if `section` is not a circle or a tube.
+impl Contact {
+    /// Prescribed motions of the obstacle, to be changed.
+    pub(super) fn motions_mut(&mut self) -> &mut Vec<ObstacleMotion> {
+        match self {
+            Self::Plane { motion, .. }
+            | Self::Sphere { motion, .. }
+            | Self::Cylinder { motion, .. }
+            | Self::Capsule { motion, .. } => motion,
+        }
+    }
+}
+
+impl Scene {
+    /// Files and tracks of all recordings that move obstacles and have been read, in order.
+    fn obstacle_recordings(&self) -> impl Iterator<Item = (&Path, &Track)> {
+        let motions = self.contacts.iter().flat_map(Contact::motions);
+        motions.filter_map(|motion| Some((&*motion.file, &**motion.track.as_ref()?)))
+    }
+
+    /// Rejects a simulation beyond the end of a recording that moves an obstacle ([`Track::check_end`]).
+    pub(super) fn check_obstacle_recordings(&self, time: &Time) -> Result<(), Error> {
+        self.obstacle_recordings().try_for_each(|(file, track)| track.check_end(file, time))
+    }
+
+    /// Warnings, with codes, of the defects of recordings that move obstacles, each with the name of its file in front.
+    pub(super) fn obstacle_recording_warnings(&self) -> Vec<(Code, String)> {
+        self.obstacle_recordings().flat_map(|(file, track)| track.warnings(file)).collect()
+    }
+}
+
+/// Rejects the first contact with invalid numbers or motions, a direction of no length, equal ends of a capsule, or
+/// without a radius of the rod. The latter is missing without `contact_radius` if `section` is not a circle or a tube.
 pub(super) fn check_contacts(contacts: &[Contact], section: &Section) -> Result<(), Error> {
     for (i, contact) in contacts.iter().enumerate() {
         let key = format!("contacts[{i}]");
@@ -304,6 +362,9 @@ pub(super) fn check_contacts(contacts: &[Contact], section: &Section) -> Result<
                 return Err(Error::invalid(format!("{key}.to"), format!("{to:?}"), allowed));
             }
             Contact::Capsule { .. } | Contact::Sphere { .. } => {}
+        }
+        for (k, motion) in contact.motions().iter().enumerate() {
+            motion.check(&format!("{key}.motion[{k}]"))?;
         }
         if contact.rod_radius(section).is_none() {
             let allowed = "a radius of the rod, m, for a section that is not a circle or a tube";

@@ -14,12 +14,12 @@
 use crate::error::{Error, GIVEN_AS_TEXT};
 use crate::input::hints::{SCENE, explained};
 use crate::input::missing_keys::parse;
-use crate::scene::Scene;
 use crate::scene::required::REQUIRED;
 use crate::scene::scheme::Scheme;
 use crate::scene::shape::Shape;
 use crate::scene::structure::StructureRod;
 use crate::scene::time::Time;
+use crate::scene::{Contact, Scene};
 use std::path::{Path, PathBuf};
 
 impl Scene {
@@ -32,6 +32,9 @@ impl Scene {
         self.rod.shape.read(&folder, false)?;
         for motion in &mut self.supports.motion {
             motion.read(&folder)?;
+        }
+        for contact in &mut self.contacts {
+            contact.motions_mut().iter_mut().try_for_each(|motion| motion.read(&folder))?;
         }
         for signal in &mut self.signals {
             signal.read(&folder)?;
@@ -49,6 +52,7 @@ impl Scene {
         }
         if let Some(time) = &self.time {
             self.supports.check_end(time)?;
+            self.check_obstacle_recordings(time)?;
             self.used_signals().try_for_each(|signal| signal.check_end(time))?;
         }
         self.initial.shape.as_mut().map_or(Ok(()), |shape| shape.read(&folder, true))
@@ -270,6 +274,8 @@ impl Scene {
         let recording = self.supports.path.iter_mut().map(|path| &mut path.file);
         let recorded = recorded.into_iter().flatten().map(|own| &mut own.file);
         let motions = self.supports.motion.iter_mut().map(|motion| &mut motion.file);
+        let obstacles = self.contacts.iter_mut().flat_map(Contact::motions_mut);
+        let motions = motions.chain(obstacles.map(|motion| &mut motion.file));
         let signals = self.signals.iter_mut().map(|signal| &mut signal.file);
         let named = polylines.chain(recording).chain(recorded).chain(motions).chain(signals);
         named.filter(|file| !file.as_os_str().is_empty())

@@ -133,6 +133,16 @@ impl Motion {
         let (key, found) = (format!("{key}.{name}"), format!("{value} {unit}"));
         moves.then_some(MotionRate { key, found, time, interval, fraction })
     }
+
+    /// Rates of the ramp or oscillation of the motion, then of its recording if that has a bandwidth. `key` is the path
+    /// of the motion.
+    pub(super) fn rates(&self, key: &str) -> impl Iterator<Item = MotionRate> + use<> {
+        let bandwidth = self.track.as_ref().and_then(|track| track.bandwidth());
+        let recorded = bandwidth.map(|hertz| {
+            MotionRate::from_bandwidth(format!("{key}.file"), "recorded motion", hertz)
+        });
+        self.rate(key).into_iter().chain(recorded)
+    }
 }
 
 impl Supports {
@@ -159,14 +169,8 @@ impl Supports {
     /// Rates of the entries of `supports.motion` in order: of each its ramp or oscillation, then its recording if that
     /// has a bandwidth.
     fn rates(&self) -> impl Iterator<Item = MotionRate> {
-        self.motion.iter().enumerate().flat_map(|(i, motion)| {
-            let key = format!("supports.motion[{i}]");
-            let bandwidth = motion.track.as_ref().and_then(|track| track.bandwidth());
-            let recorded = bandwidth.map(|hertz| {
-                MotionRate::from_bandwidth(format!("{key}.file"), "recorded motion", hertz)
-            });
-            motion.rate(&key).into_iter().chain(recorded)
-        })
+        let motions = self.motion.iter().enumerate();
+        motions.flat_map(|(i, motion)| motion.rates(&format!("supports.motion[{i}]")))
     }
 
     /// Rate of the recording `supports.path`, with its bandwidth. None without a recording that was read and examined,

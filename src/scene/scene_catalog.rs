@@ -15,6 +15,7 @@ use crate::scene::loads::{Damping, Friction, LineForce, Loads, PointForce};
 use crate::scene::mass::PointMass;
 use crate::scene::material::{BendingLaw, Material};
 use crate::scene::maxwell::Maxwell;
+use crate::scene::obstacle_motion::ObstacleMotion;
 use crate::scene::point::Point;
 use crate::scene::prescribed_motion::Motion;
 use crate::scene::rod::RodSpec;
@@ -118,6 +119,15 @@ fn catalog_actuation() -> Vec<Actuation> {
 /// Contacts with every number that a contact may have.
 fn catalog_contacts() -> Vec<Contact> {
     let (point, length, own) = ([1.0; 3], 1.0, Some(1.0));
+    let motion = || {
+        vec![ObstacleMotion {
+            velocity: point,
+            displacement: point,
+            ramp: own,
+            frequency: own,
+            ..ObstacleMotion::default()
+        }]
+    };
     vec![
         Contact::Plane {
             point,
@@ -127,6 +137,7 @@ fn catalog_contacts() -> Vec<Contact> {
             damping: own,
             friction: own,
             slip_velocity: own,
+            motion: motion(),
         },
         Contact::Sphere {
             center: point,
@@ -136,6 +147,7 @@ fn catalog_contacts() -> Vec<Contact> {
             damping: own,
             friction: own,
             slip_velocity: own,
+            motion: motion(),
         },
         Contact::Cylinder {
             point,
@@ -146,6 +158,7 @@ fn catalog_contacts() -> Vec<Contact> {
             damping: own,
             friction: own,
             slip_velocity: own,
+            motion: motion(),
         },
         Contact::Capsule {
             from: point,
@@ -156,6 +169,7 @@ fn catalog_contacts() -> Vec<Contact> {
             damping: own,
             friction: own,
             slip_velocity: own,
+            motion: motion(),
         },
     ]
 }

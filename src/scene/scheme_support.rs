@@ -3,7 +3,7 @@
 //! `unsupported_by` compares a scene with the [`Traits`] of a scheme. Output is a list of terms, each with its key, its
 //! found value, and text with the schemes that support it; it is empty if the scheme supports the scene. Order: the
 //! first Kelvin-Voigt time above zero, internal friction, Maxwell branches, drag, contacts (one term), friction or
-//! damping of each contact, and moving supports. Then follow the first signal with kinks or jumps that is used, the
+//! damping of each contact, the first moved obstacle, and moving supports. Then follow the first signal with kinks or jumps that is used, the
 //! first actuator with a signal, and the first follower load with a signal.
 
 use crate::scene::Scene;
@@ -18,8 +18,8 @@ impl Scene {
 
     /// Terms of the scene that a scheme does not support, each with key, found value and the schemes that support it;
     /// empty if it supports all. Order: the first Kelvin-Voigt time above zero, internal friction, Maxwell branches,
-    /// drag, contacts (one term), friction or damping of each contact, and moving supports. Then follow the first used
-    /// signal that is not smooth, the first actuator with a signal, and the first follower load with a signal.
+    /// drag, contacts (one term), friction or damping of each contact, the first moved obstacle, and moving supports.
+    /// Then follow the first used signal that is not smooth, the first actuator with a signal, and the first follower load with a signal.
     pub(super) fn unsupported_by(&self, scheme: Scheme) -> Vec<UnsupportedTerm> {
         let (damping, traits) = (&self.loads.damping, scheme.traits());
         let mut unsupported = Vec::new();
@@ -48,6 +48,11 @@ impl Scene {
             let name = if self.contacts[i].has_friction() { "friction" } else { "damping" };
             let key = format!("contacts[{i}].{name}");
             add(&key, beside(name), |traits| traits.takes_drag && traits.takes_contacts);
+        }
+        let moved = self.contacts.iter().position(|contact| !contact.motions().is_empty());
+        if let (false, Some(i)) = (traits.takes_drag, moved) {
+            let takers = |traits: &Traits| traits.takes_drag && traits.takes_contacts;
+            add(&format!("contacts[{i}].motion"), beside("a moved obstacle"), takers);
         }
         if !traits.takes_boundary_motion && self.supports.move_ends() {
             let is_recorded = self.supports.path.is_some();

@@ -1,6 +1,7 @@
-//! Time steps and warnings of a scene by the motion of its supports and the signals of its loads and actuators.
+//! Time steps and warnings of a scene by the motions of its supports and obstacles and the signals of its loads and
+//! actuators.
 //!
-//! A step is compared with ramps, periods and recordings of supports, periods of sine signals and the bandwidth of
+//! A step is compared with ramps, periods and recordings of supports and obstacles, periods of sine signals and the bandwidth of
 //! samples. Pulses count if their load follows the rod or has a moment, or if they control an actuator. Only signals
 //! that a load or an actuator names count (`used_signals`).
 //!
@@ -44,37 +45,51 @@ impl Scene {
         rates.chain(sampled.filter_map(Signal::pulse_rate))
     }
 
-    /// Rejects a time step, s, that makes too few steps in a period, ramp or pulse of the motion of a support or a used
-    /// signal (`MotionRate::check`); the first error is returned.
-    pub(crate) fn check_step(&self, step: f64) -> Result<(), Error> {
-        self.supports.check_step(step)?;
-        self.signal_rates().try_for_each(|rate| rate.check(step))
+    /// Rates of the motions of obstacles, in the order of the contacts.
+    fn obstacle_rates(&self) -> impl Iterator<Item = MotionRate> {
+        self.contacts.iter().enumerate().flat_map(|(i, contact)| {
+            let motions = contact.motions().iter().enumerate();
+            motions.flat_map(move |(k, motion)| {
+                motion.support_motion().rates(&format!("contacts[{i}].motion[{k}]"))
+            })
+        })
     }
 
-    /// Warnings, with codes, of a time step, s, that resolves motions of supports, then used signals, poorly
+    /// Rejects a time step, s, that makes too few steps in a period, ramp or pulse of the motion of a support, an
+    /// obstacle or a used signal (`MotionRate::check`); the first error is returned.
+    pub(crate) fn check_step(&self, step: f64) -> Result<(), Error> {
+        self.supports.check_step(step)?;
+        let mut rates = self.obstacle_rates().chain(self.signal_rates());
+        rates.try_for_each(|rate| rate.check(step))
+    }
+
+    /// Warnings, with codes, of a time step, s, that resolves motions of supports, obstacles and used signals poorly
     /// (`MotionRate::warning`); one for each such motion.
     pub(crate) fn motion_step_warnings(&self, step: f64) -> Vec<(Code, String)> {
         let mut warnings = self.supports.step_warnings(step);
-        let rates = self.signal_rates();
+        let rates = self.obstacle_rates().chain(self.signal_rates());
         warnings.extend(rates.filter_map(|rate| rate.warning(step)));
         warnings
     }
 
     /// Largest time step, s, for which [`motion_step_warnings`](Self::motion_step_warnings) has no warning of
-    /// `supports.motion` and the used signals, and for which the recording of a structure has none; infinity without
-    /// any. The recording in `supports.path` is left out.
+    /// `supports.motion`, obstacles and the used signals, and for which the recording of a structure has none; infinity
+    /// without any. The recording in `supports.path` is left out.
     pub(crate) fn largest_good_step(&self) -> f64 {
         let recorded = self
             .structure
             .as_ref()
             .and_then(|structure| structure.recording.as_ref()?.good_step(&structure.supports));
-        let rates = self.signal_rates().map(|rate| rate.good_step()).chain(recorded);
-        rates.fold(self.supports.largest_good_step(), f64::min)
+        let rates = self.obstacle_rates().chain(self.signal_rates());
+        let steps = rates.map(|rate| rate.good_step()).chain(recorded);
+        steps.fold(self.supports.largest_good_step(), f64::min)
     }
 
-    /// Warnings, with codes, of defects in the recordings that move supports, then of missing samples of used signals.
+    /// Warnings, with codes, of defects in the recordings that move supports and obstacles, then of missing samples of
+    /// used signals.
     pub(crate) fn recording_warnings(&self) -> Vec<(Code, String)> {
         let mut warnings = self.supports.recording_warnings();
+        warnings.extend(self.obstacle_recording_warnings());
         warnings.extend(self.used_signals().flat_map(Signal::warnings));
         warnings
     }

@@ -185,25 +185,10 @@ impl Supports {
         self.recordings().flat_map(|(file, track)| track.warnings(file)).collect()
     }
 
-    /// Rejects a simulation that ends more than a step after the end of any recording that has been read, where its
-    /// motion would be extrapolated. If the step is left to the program, it is the median interval of the frames. A
-    /// missing end is accepted.
+    /// Rejects a simulation that ends more than a step after the end of any recording that has been read
+    /// ([`Track::check_end`]).
     pub(super) fn check_end(&self, time: &Time) -> Result<(), Error> {
-        for (file, track) in self.recordings() {
-            let last = track.end();
-            // A step may begin before the last frame and end after it.
-            let step = time.step.unwrap_or_else(|| track.usual_step());
-            if time.end.is_finite() && time.end > last + step {
-                let name = if file.as_os_str().is_empty() {
-                    "the recording".into()
-                } else {
-                    file.display().to_string()
-                };
-                let allowed = format!("up to {last} s, where {name} ends");
-                return Err(Error::invalid("time.end", format!("{} s", time.end), allowed));
-            }
-        }
-        Ok(())
+        self.recordings().try_for_each(|(file, track)| track.check_end(file, time))
     }
 
     /// Rejects invalid numbers, two rollers, a roller direction of no length or without a roller, and a compliance

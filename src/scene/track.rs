@@ -20,6 +20,7 @@ use crate::numerics::hermite::HermiteWeights;
 use crate::numerics::scalar::Scalar;
 use crate::numerics::upper_median;
 use crate::numerics::vector::Vector;
+use crate::scene::time::Time;
 use crate::scene::track_defect::TrackDefect;
 use marker_files::{MarkerData, Recording};
 use std::ops::Range;
@@ -249,6 +250,24 @@ impl Track {
     /// Median (upper of two) time between two frames, s; 0 for a single frame.
     pub(super) fn usual_step(&self) -> f64 {
         median_step(&self.times)
+    }
+
+    /// Rejects a simulation that ends more than a step after the end of the recording, where its motion would be
+    /// extrapolated. If the step is left to the program, it is the median interval of the frames. A missing end is
+    /// accepted. `file` names the recording in the error.
+    pub(super) fn check_end(&self, file: &Path, time: &Time) -> Result<(), Error> {
+        let last = self.end();
+        // A step may begin before the last frame and end after it.
+        let step = time.step.unwrap_or_else(|| self.usual_step());
+        if time.end.is_finite() && time.end > last + step {
+            let name = match file.as_os_str().is_empty() {
+                true => "the recording".into(),
+                false => file.display().to_string(),
+            };
+            let allowed = format!("up to {last} s, where {name} ends");
+            return Err(Error::invalid("time.end", format!("{} s", time.end), allowed));
+        }
+        Ok(())
     }
 
     /// Times of the frames, s, increasing; the first one of a recording that was read is 0.

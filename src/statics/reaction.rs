@@ -84,8 +84,8 @@ pub(crate) struct ReactionModel<D: RodScalar, M: Model> {
     drag: Option<NodalDrag<D>>,
     /// Motion of the supports; none at rest and for fixed supports.
     supports: Option<BoundaryMotion<D>>,
-    /// Whether loads or actuators have signals.
-    has_signals: bool,
+    /// Whether loads or actuators have signals, or obstacles move.
+    depends_on_time: bool,
 }
 
 impl<M: Model> Discretized<'_, M> {
@@ -101,7 +101,8 @@ impl<M: Model> Discretized<'_, M> {
             damping: setup.scene.loads.damping.clone(),
             drag: setup.drag(self.model),
             supports: self.boundary_motion(&setup),
-            has_signals: self.scene().used_signals().next().is_some(),
+            depends_on_time: self.scene().used_signals().next().is_some()
+                || self.scene().contacts.iter().any(|contact| !contact.motions().is_empty()),
             setup,
         }
     }
@@ -120,7 +121,7 @@ impl<M: Model> Discretized<'_, M> {
             damping: setup.scene.loads.damping.clone(),
             drag: None,
             supports: None,
-            has_signals: false,
+            depends_on_time: false,
             setup,
         };
         self.reactions_with(&model, &model.rod, state)
@@ -133,8 +134,8 @@ impl<M: Model> Discretized<'_, M> {
         model: &ReactionModel<D, M>,
         state: &ModelState<M, D>,
     ) -> Reactions<D> {
-        // Loads with signals are no part of the rod of a simulation.
-        match model.has_signals {
+        // Loads with signals are no part of the rod of a simulation, and obstacles move.
+        match model.depends_on_time {
             true => {
                 let rod = model.setup.rod_at(self.model, state.time);
                 self.reactions_with(model, &rod, state)

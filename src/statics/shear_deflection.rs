@@ -183,6 +183,7 @@ mod tests {
             damping: None,
             friction: None,
             slip_velocity: None,
+            motion: Vec::new(),
         }];
         let problem = scene.problem().unwrap();
         let shifts = problem.shear_deflections().unwrap();

@@ -34,6 +34,7 @@ fn scene(planar: bool, scheme: Scheme) -> Scene {
             damping: None,
             friction: None,
             slip_velocity: None,
+            motion: Vec::new(),
         },
         Contact::Sphere {
             center: [0.34, -0.036, 0.01 * z],
@@ -43,6 +44,7 @@ fn scene(planar: bool, scheme: Scheme) -> Scene {
             damping: None,
             friction: None,
             slip_velocity: None,
+            motion: Vec::new(),
         },
         match planar {
             true => Contact::Cylinder {
@@ -54,6 +56,7 @@ fn scene(planar: bool, scheme: Scheme) -> Scene {
                 damping: None,
                 friction: None,
                 slip_velocity: None,
+                motion: Vec::new(),
             },
             // The rod lies beside its cylinder and its first end.
             false => Contact::Capsule {
@@ -65,6 +68,7 @@ fn scene(planar: bool, scheme: Scheme) -> Scene {
                 damping: None,
                 friction: None,
                 slip_velocity: None,
+                motion: Vec::new(),
             },
         },
     ];
@@ -201,6 +205,61 @@ fn derivatives_of_motions_with_damping_and_friction_equal_differences() {
             println!("{} steps", run.work().steps);
             // The forces have kinks, at the slip velocity and where they would pull. The error of a difference across one is
             // proportional to its step.
+            compare(&problem, &own, 3e-6, exact, positions);
+        }
+    }
+}
+
+/// The same obstacles, each with a motion.
+fn with_motions(mut scene: Scene, planar: bool) -> Scene {
+    let z = if planar { 0.0 } else { 0.02 };
+    for (i, contact) in scene.contacts.iter_mut().enumerate() {
+        let number = 1.0 + 0.2 * i as f64;
+        let (ramp, frequency) = if i == 1 { (None, Some(20.0)) } else { (Some(0.02), None) };
+        let own = ObstacleMotion {
+            velocity: [0.3, 0.05 * number, z],
+            displacement: [0.002 * number, 0.001, 0.5 * z],
+            ramp,
+            frequency,
+            ..ObstacleMotion::default()
+        };
+        match contact {
+            Contact::Plane { motion, .. }
+            | Contact::Sphere { motion, .. }
+            | Contact::Cylinder { motion, .. }
+            | Contact::Capsule { motion, .. } => *motion = vec![own],
+        }
+    }
+    scene
+}
+
+/// With moved obstacles the steps are made in dual numbers; velocity, displacement, ramp and frequency are parameters.
+#[test]
+fn derivatives_of_motions_with_moved_obstacles_equal_differences() {
+    for scheme in [Scheme::NewmarkBeta, Scheme::GeneralisedAlpha] {
+        for (planar, losses) in [(true, true), (false, true), (true, false)] {
+            let mut scene = with_motions(scene(planar, scheme), planar);
+            if losses {
+                scene = with_losses(scene);
+            }
+            scene.time.as_mut().unwrap().tolerance = StepTolerance::Rounding;
+            let problem = scene.problem().unwrap();
+            println!("{scheme:?}, planar: {planar}, losses: {losses}");
+            let own = own(&problem);
+            let moving = own.iter().filter(|p| p.path().contains(".motion."));
+            assert_eq!(moving.count(), if planar { 15 } else { 21 });
+            let run = problem.simulate_with(&own).unwrap();
+            let end = problem.scene().time.as_ref().unwrap().end;
+            let exact = |k: usize| -> Vec<f64> {
+                let rates = |i| run.at(Point::Node(i), end).unwrap().1[k];
+                (0..problem.nodes()).flat_map(rates).collect()
+            };
+            let positions = |problem: &Problem| {
+                let run = problem.simulate_with(&[]).unwrap();
+                let place = |i| run.at(Point::Node(i), end).unwrap().0;
+                (0..problem.nodes()).flat_map(place).collect::<Vec<f64>>()
+            };
+            println!("{} steps", run.work().steps);
             compare(&problem, &own, 3e-6, exact, positions);
         }
     }

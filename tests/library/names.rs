@@ -45,13 +45,13 @@ free_run frequencies frequencies_form gauge gauss_newton generate geometry grade
 hessian hints history html hyperelastic hyperelastic_stretch identifiability inertia init initial
 initial_sigmas input input_changes input_directions input_errors input_sensitivities inspect inspection
 inspection_summary job_script joined_rods joint joint_law journal known lanczos largest_step law layout ldlt
-levenberg_marquardt limit limits line_loads linearization linearized links lists load_deflection
+levenberg_marquardt limit limits line_loads line_search linearization linearized links lists load_deflection
 load_deflection_form loads local_analysis local_minima loss lowest_eigenvalues lu marker marker_place mass
 material maxwell measured_run measurement measurement_tables measures member mesh minimum minimum_comparison
-misfit missing_keys mode mode_numbers model model_with_setup modes moments momentum motion motion_rate moving
-mujoco name natural_turn nearest neighbors neutral_equilibrium newton nodal noise noise_scale nonlinear
+misfit missing_keys mode mode_numbers model model_with_setup modes moments momentum motion motion_rate moved_obstacles
+moving mujoco name natural_turn nearest neighbors neutral_equilibrium newton nodal noise noise_scale nonlinear
 nonlinear_bending number numbers numerics observation_form observation_row observed_experiment
-observed_information observed_nodes omitted_effects one_sided_bound onset operators optimum out_of_line
+observed_information observed_nodes obstacle_motion omitted_effects one_sided_bound onset operators optimum out_of_line
 outcome outlying_experiments output overlap own page parameter parameter_form parameters part_file path pencil
 penetration per_axis perturbation phi_function place placement plan planar planar_bend planarity plane
 platform plausibility player plot_data plotted point point_acceleration point_angle point_channel point_strain

@@ -45,6 +45,7 @@ fn floor(height: f64, stiffness: Option<f64>) -> Contact {
         damping: None,
         friction: None,
         slip_velocity: None,
+        motion: Vec::new(),
     }
 }
 
@@ -100,6 +101,7 @@ fn round_obstacles(center: [f64; 3], radius: f64) -> [Contact; 3] {
             damping: None,
             friction: None,
             slip_velocity: None,
+            motion: Vec::new(),
         },
         Contact::Cylinder {
             point: center,
@@ -110,6 +112,7 @@ fn round_obstacles(center: [f64; 3], radius: f64) -> [Contact; 3] {
             damping: None,
             friction: None,
             slip_velocity: None,
+            motion: Vec::new(),
         },
         Contact::Capsule {
             from: ends[0],
@@ -120,6 +123,7 @@ fn round_obstacles(center: [f64; 3], radius: f64) -> [Contact; 3] {
             damping: None,
             friction: None,
             slip_velocity: None,
+            motion: Vec::new(),
         },
     ]
 }
@@ -232,6 +236,7 @@ fn thrown(scheme: Scheme, step: f64) -> [f64; 3] {
             damping: None,
             friction: None,
             slip_velocity: None,
+            motion: Vec::new(),
         },
     ];
     let end = 0.02;
@@ -292,6 +297,7 @@ fn unsuitable_contacts_are_rejected() {
                     damping: None,
                     friction: None,
                     slip_velocity: None,
+                    motion: Vec::new(),
                 }];
             },
             "contacts[0].normal",
@@ -309,6 +315,7 @@ fn unsuitable_contacts_are_rejected() {
                     damping: None,
                     friction: None,
                     slip_velocity: None,
+                    motion: Vec::new(),
                 }];
             },
             "contacts[0].to",

@@ -29,6 +29,7 @@ fn lying(direction: [f64; 3], normal: [f64; 3], damping: f64, friction: f64) -> 
         damping: Some(damping),
         friction: Some(friction),
         slip_velocity: None,
+        motion: Vec::new(),
     }];
     scene
 }

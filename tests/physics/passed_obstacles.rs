@@ -1,6 +1,8 @@
 //! Steps that lead a rod through an obstacle are halved, or end the run; those past it are not.
 
-use rodfit::scene::{Contact, Material, Scene, Scheme, Section, Shape, Support, Time};
+use rodfit::scene::{
+    Contact, Material, ObstacleMotion, Scene, Scheme, Section, Shape, Support, Time,
+};
 use rodfit::{Code, Error, Trajectory};
 
 use crate::common::distance;
@@ -28,6 +30,7 @@ fn peg([x, y]: [f64; 2], radius: f64, stiffness: Option<f64>, damping: f64) -> C
         damping: Some(damping),
         friction: None,
         slip_velocity: None,
+        motion: Vec::new(),
     }
 }
 
@@ -82,6 +85,21 @@ fn rod_thrown_at_a_thin_stiff_peg_does_not_pass_it_in_coarse_steps() {
     scene.initial.velocity = [0.0, -10.0, 0.0];
     scene.contacts = vec![peg([0.4, -0.025], 0.001, Some(1e11), 1.0)];
     compare(&scene, [0.4, -0.025], 0.02, &[5e-3, 1e-3], 5e-5, 0.5);
+}
+
+/// A peg thrown at a rod at rest is that of the test above in another frame: no coarse step passes.
+#[test]
+fn thin_stiff_peg_thrown_at_a_rod_does_not_pass_it_in_coarse_steps() {
+    let (center, end, speed) = ([0.4, -0.025], 0.02, 10.0);
+    let mut scene = straight(0.5, 0.005, 40, 1e7);
+    scene.supports.start = Support::Free;
+    let mut contact = peg(center, 0.001, Some(1e11), 1.0);
+    if let Contact::Cylinder { motion, .. } = &mut contact {
+        let velocity = [0.0, speed, 0.0];
+        *motion = vec![ObstacleMotion { velocity, ..ObstacleMotion::default() }];
+    }
+    scene.contacts = vec![contact];
+    compare(&scene, [center[0], center[1] + speed * end], end, &[5e-3, 1e-3], 5e-5, 0.5);
 }
 
 /// The default stiffness is too small to stop the rod of the test above at any step: the run ends with the error.
@@ -161,6 +179,7 @@ fn rod_that_falls_beside_an_obstacle_is_accepted() {
         damping,
         friction,
         slip_velocity,
+        motion: Vec::new(),
     };
     let sphere = Contact::Sphere {
         center: near,
@@ -170,6 +189,7 @@ fn rod_that_falls_beside_an_obstacle_is_accepted() {
         damping,
         friction,
         slip_velocity,
+        motion: Vec::new(),
     };
     for contact in [capsule, sphere] {
         scene.contacts = vec![contact];

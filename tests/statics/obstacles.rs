@@ -37,6 +37,7 @@ fn cantilever_above(peg: Peg, modulus: f64) -> Scene {
         damping: Some(5.0),
         friction: None,
         slip_velocity: None,
+        motion: Vec::new(),
     }];
     let end = STEP * STEPS as f64;
     scene.time = Some(Time { scheme: Scheme::GeneralisedAlpha, ..Time::new(end, STEP) });
@@ -92,6 +93,7 @@ fn equilibrium_on_a_peg_is_the_same_in_space() {
         damping: None,
         friction: None,
         slip_velocity: None,
+        motion: Vec::new(),
     };
     for contact in [cylinder, capsule] {
         scene.contacts = vec![contact];

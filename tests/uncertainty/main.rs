@@ -10,6 +10,7 @@ mod chosen_numerics;
 mod cluster_jackknife;
 mod design;
 mod determined_groups;
+mod dragged_strip;
 mod input_sensitivities;
 mod intervals;
 mod noise;

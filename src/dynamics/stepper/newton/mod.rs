@@ -7,7 +7,8 @@
 //! where the old one would take more corrections than it saves. If the estimate ends the iteration, the residual at the
 //! solution is not evaluated: the forces there follow from the linear system. Averaging schemes, dual numbers and the
 //! tolerance `rounding` iterate until the residual is a rounding error (`rounding`). If an iteration from extrapolated
-//! velocities fails, one from constant velocities to the rounding error follows.
+//! velocities fails, one from constant velocities to the rounding error follows, and with friction of contacts one with
+//! a line search (`line_search`).
 //!
 //! Output: unknowns, velocities, forces and internal variables at the end of the step, for generalised-alpha also
 //! accelerations; on request (`keep_tangent`, `keep_next_tangent`) the tangent and its factors at the solution, for
@@ -25,6 +26,7 @@ mod averaging;
 mod contact_losses;
 mod convergence;
 mod drag_forces;
+mod line_search;
 mod predictor;
 mod relinearize;
 mod repeat;
@@ -303,7 +305,8 @@ impl<D: RodScalar, R: Rod<D>> Newton<D, R> {
 
     /// [`step`](Self::step), inlined: predictor, then iteration to the estimated error or, for dual numbers,
     /// averaging schemes and the tolerance `rounding`, to the rounding level. If the iteration from extrapolated
-    /// velocities fails, it is repeated from constant velocities to the rounding level.
+    /// velocities fails, it is repeated from constant velocities to the rounding level. If that fails too, a rod with
+    /// friction or damping of contacts is iterated with a line search first.
     #[inline(always)]
     fn step_inlined(
         &mut self,
@@ -317,7 +320,7 @@ impl<D: RodScalar, R: Rod<D>> Newton<D, R> {
         // constant velocity.
         let steady = self.coefficients.averages();
         let extrapolated = self.predictor.predict(step, &self.coefficients, before, state, steady);
-        let solved = match self.tolerance {
+        let mut solved = match self.tolerance {
             StepTolerance::Predicted(_) if D::ORDER == 0 && !self.coefficients.averages() => {
                 self.solve_to_estimated_error(step, before, state, work)
             }
@@ -326,7 +329,11 @@ impl<D: RodScalar, R: Rod<D>> Newton<D, R> {
         if solved.is_err() && extrapolated {
             // Extrapolated velocities failed: constant ones, to rounding.
             self.predictor.predict_steadily(step, before, state);
-            return self.solve_to_rounding(step, before, state, work);
+            solved = self.solve_to_rounding(step, before, state, work);
+        }
+        if solved.is_err() && step.system.rod.has_contact_losses() {
+            self.approach_solution(step, before, state, work)?;
+            solved = self.solve_to_rounding(step, before, state, work);
         }
         solved
     }
