@@ -1,5 +1,5 @@
 //! Rejects a fit whose measurements contain the same samples twice. Input: the measurements of all experiments,
-//! planned ones excepted. Output: an error that names both measurements, or `Ok`. Fitted twice, data make intervals
+//! planned ones excepted. Output: an error that names the measurements, or `Ok`. Fitted twice, data make intervals
 //! too narrow by the square root of 2; as validation data they validate nothing.
 //!
 //! Measurements of one kind and unit are compared coordinate by coordinate, at common times or arc lengths (within
@@ -10,16 +10,27 @@
 //! within half of the last decimal of the coarser copy. That decimal counts only up to [`FINE`] of the range
 //! ([`FINE_OF_A_LIST`] for other data than motions). Parts of a recording that do not overlap in time have no common
 //! samples. Two lists of natural frequencies are duplicates if the longer one contains the shorter, with the same
-//! filter of modes; of different experiments at least [`FEWEST_OF_A_LIST`] must be equal.
+//! filter of modes; of different experiments at least [`FEWEST_OF_A_LIST`] must be equal. Two critical loads are
+//! duplicates if load and value are those of the other, in one experiment.
+//!
+//! Rows of one shape or one load-deflection curve are compared with each other too ([`repeated_rows`]). They are
+//! duplicates if at least [`EQUAL`] of the rows at the point (or the load) of an earlier row have its values, bit by
+//! bit, with at least [`FEWEST_OF_A_LIST`] distinct values. Repeated measurements have different values, unless the
+//! last decimal is coarser than [`FINE`] of the range; then nothing is compared.
 
 use crate::error::Error;
 use crate::fit::measurement::Measurement;
+use crate::fit::measurement::buckling::BucklingLoad;
 use crate::fit::measurement::dataset::Coordinate;
 use crate::fit::measurement::experiment::Experiment;
 use crate::fit::measurement::frequencies::{Frequency, ModeFrequencies};
+use crate::fit::measurement::load_deflection::LoadedPoint;
+use crate::fit::measurement::shape::ShapePoint;
 use crate::fit::validate::measurement_key;
 use crate::numerics::{total_order, upper_median};
 use crate::problem::Problem;
+use crate::scene::Point;
+use std::collections::HashSet;
 
 /// Largest relative difference of equal numbers in two units. Unit conversions differ by rounding only, about 1e-16;
 /// measured values coincide to 1e-9 only as copies.
@@ -75,14 +86,16 @@ impl ListedMeasurement<'_> {
     }
 
     /// The number of common samples of two measurements. `None` if they are no duplicates, or of different kinds (table
-    /// of the fit file, unit). Frequencies are compared by [`common_frequencies`], other measurements coordinate by
-    /// coordinate ([`common_values`]).
+    /// of the fit file, unit). Frequencies are compared by [`common_frequencies`], critical loads by
+    /// [`is_same_critical_load`], other measurements coordinate by coordinate ([`common_values`]).
     fn common_samples(&self, other: &Self) -> Option<usize> {
         let (one, two) = (self.measurement, other.measurement);
+        let same_rod = self.experiment.name == other.experiment.name;
+        if let (Some(one), Some(two)) = (one.buckling(), two.buckling()) {
+            return (same_rod && is_same_critical_load(one, two)).then_some(1);
+        }
         match (one.frequencies(), two.frequencies()) {
-            (Some(one), Some(two)) => {
-                common_frequencies(one, two, self.experiment.name == other.experiment.name)
-            }
+            (Some(one), Some(two)) => common_frequencies(one, two, same_rod),
             // Equal numbers of a motion and a shape, or in two units, are different quantities.
             _ if one.table() == two.table() && one.unit() == two.unit() => {
                 common_values(&self.records, &other.records)
@@ -92,9 +105,9 @@ impl ListedMeasurement<'_> {
     }
 }
 
-/// Compares every recorded measurement of all experiments, validation data included, with all before it. An error for
-/// the first one that is a duplicate of an earlier one by `common_samples`, with both keys and the number of common
-/// samples. Planned measurements are skipped.
+/// Compares every recorded measurement of all experiments, validation data included, with all before it, and the rows
+/// of each with each other. An error for the first one that is a duplicate of an earlier one by `common_samples`, with
+/// both keys and the number of common samples, or that has [`repeated_rows`]. Planned measurements are skipped.
 pub(crate) fn check_duplicates(experiments: &[Experiment]) -> Result<(), Error> {
     let mut listed: Vec<ListedMeasurement> = Vec::new();
     for experiment in experiments {
@@ -104,6 +117,12 @@ pub(crate) fn check_duplicates(experiments: &[Experiment]) -> Result<(), Error> 
             }
             let records = records(measurement, &experiment.problem);
             let later = ListedMeasurement { experiment, index, measurement, records };
+            if let Some(count) = repeated_rows(measurement, &later.records) {
+                let found = format!("{count} samples that repeat earlier ones of the same table");
+                let allowed = "each sample once. Repeated rows make intervals too narrow. Remove them; repeated \
+                     measurements have values of their own";
+                return Err(Error::invalid(later.name(), found, allowed));
+            }
             for earlier in &listed {
                 let Some(count) = earlier.common_samples(&later) else { continue };
                 let found = format!("{count} samples that are also in {}", earlier.name());
@@ -233,6 +252,71 @@ impl CoordinateRecord {
         same.dedup_by(|a, b| (*a - *b).abs() <= same_value);
         RecordMatch { common_samples, equal, distinct: same.len() }
     }
+}
+
+/// Whether two critical loads are of the same load and have the same value, within a relative [`SAME`].
+fn is_same_critical_load(one: &BucklingLoad, other: &BucklingLoad) -> bool {
+    one.load == other.load && (one.value / other.value - 1.0).abs() <= SAME
+}
+
+/// A row of a shape or of a load-deflection curve: what is measured (point with the offset of a marker, or load) and
+/// the values, bit by bit.
+struct TableRow {
+    at: [u64; 5],
+    values: [Option<u64>; 3],
+}
+
+/// The rows of a shape or of a load-deflection curve, in the order of the table. Points of a centerline without arc
+/// lengths are given by their positions. Empty for other measurements.
+fn table_rows(measurement: &Measurement) -> Vec<TableRow> {
+    if let Some(shape) = measurement.shape() {
+        let row = |own: &ShapePoint| {
+            let values = own.position.map(|x| x.map(f64::to_bits));
+            let [a, b, c] = match shape.arc_lengths_fitted {
+                // The arc lengths are approximations, and the position itself is the point.
+                true => values.map(Option::unwrap_or_default),
+                false => own.offset.map(f64::to_bits),
+            };
+            let [kind, place] = match own.point {
+                _ if shape.arc_lengths_fitted => [0, 0],
+                Point::Tip => [1, 0],
+                Point::Node(node) => [2, node as u64],
+                Point::ArcLength(s) => [3, s.to_bits()],
+            };
+            TableRow { at: [kind, place, a, b, c], values }
+        };
+        return shape.sightings.iter().map(row).collect();
+    }
+    let row = |own: &LoadedPoint| TableRow {
+        at: [own.load.to_bits(), 0, 0, 0, 0],
+        values: [Some(own.displacement.to_bits()), None, None],
+    };
+    measurement.load_curve().map_or_else(Vec::new, |own| own.curve.iter().map(row).collect())
+}
+
+/// The number of rows that repeat an earlier row of the same measurement, whose coordinates are the `records`. `None`
+/// if fewer than [`EQUAL`] of the rows at the point or load of an earlier one are equal to one there, or if fewer than
+/// [`FEWEST_OF_A_LIST`] distinct values are. `None` too if the last decimal of all coordinates is coarser than [`FINE`]
+/// of the largest range: readings of a ruler repeat.
+fn repeated_rows(measurement: &Measurement, records: &[CoordinateRecord]) -> Option<usize> {
+    let rows = table_rows(measurement);
+    let range = records.iter().map(CoordinateRecord::range).fold(0.0, f64::max);
+    if rows.is_empty() || records.iter().all(|own| 2.0 * rounding(&own.values) > FINE * range) {
+        return None;
+    }
+    let (mut places, mut seen, mut distinct) = (HashSet::new(), HashSet::new(), HashSet::new());
+    let (mut common, mut equal) = (0_usize, 0_usize);
+    for TableRow { at, values } in rows {
+        let is_new_place = places.insert(at);
+        let is_new = seen.insert((at, values));
+        common += usize::from(!is_new_place);
+        if !is_new {
+            equal += 1;
+            distinct.insert(values);
+        }
+    }
+    let is_copy = equal as f64 >= EQUAL * common as f64 && distinct.len() >= FEWEST_OF_A_LIST;
+    is_copy.then_some(equal)
 }
 
 /// The number of frequencies that two lists have in common, with the same mode and within a relative [`SAME`]. `None`

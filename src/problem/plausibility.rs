@@ -198,7 +198,7 @@ fn units(scene: &Scene, length: f64) -> Option<String> {
     }
     (!found.is_empty()).then(|| {
         format!(
-            "the scene has {}, as if in other units than SI. Results are then off by powers of ten. Give m, kg/m^3, Pa \
+            "the model has {}, as if in other units than SI. Results are then off by powers of ten. Give m, kg/m^3, Pa \
              and m/s^2: 1 g/cm^3 is 1000 kg/m^3, 1 MPa is 1e6 Pa, 1 GPa is 1e9 Pa",
             found.join(", ")
         )

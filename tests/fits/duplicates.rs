@@ -1,6 +1,9 @@
 //! Duplicate samples in two measurements are rejected, in whatever units and order; repeated measurements are accepted.
 
-use rodfit::fit::{Experiment, Frequencies, Measurement, RestShape, Sample, ShapePoint};
+use rodfit::fit::{
+    Buckling, Experiment, Frequencies, LoadDeflection, LoadedPoint, Measurement, RestShape, Sample,
+    ShapePoint,
+};
 use rodfit::{Fit, Observation, Parameter, Point, Scene};
 
 use crate::common::coarse;
@@ -145,4 +148,73 @@ fn duplicate_shapes_and_frequencies_are_rejected() {
     refused([of(&[4.0, 25.0], &[1, 2]), of(&[25.0], &[2])]);
     admitted([of(&[4.0, 25.0], &[1, 2]), of(&[4.1, 24.9], &[1, 2])]);
     admitted([of(&[4.0], &[1]), of(&[25.0], &[2])]);
+}
+
+/// Rows of one table that occur twice are rejected; repeated measurements, with values of their own, are accepted.
+#[test]
+fn repeated_rows_of_one_table_are_rejected() {
+    let twice = |second: f64| (0..10).map(move |k| (k % 5, 1.0 + if k < 5 { 0.0 } else { second }));
+    let shape = |second: f64| {
+        let sighting = |(k, factor): (usize, f64)| {
+            let s = 0.1 * (k + 1) as f64;
+            ShapePoint::new(Point::ArcLength(s), [Some(0.97 * s), Some(-0.0123 * s * factor), None])
+        };
+        Measurement::from(RestShape::new(twice(second).map(sighting).collect()).sigma(1e-3))
+    };
+    refused([shape(0.0)]);
+    admitted([shape(1e-4)]);
+    // Every position twice along a centerline without arc lengths, and each once.
+    let line = |copies: usize| {
+        let position = |k: usize| {
+            let x = 0.0371 * (k / copies + 1) as f64;
+            [Some(x), Some(-0.2 * x * x), None]
+        };
+        let positions: Vec<_> = (0..10 * copies).map(position).collect();
+        Measurement::from(RestShape::center_line(&positions).sigma(1e-3))
+    };
+    refused([line(2)]);
+    admitted([line(1)]);
+    // Bending under a force at the tip, in a scene that has one.
+    let mut loaded = scene();
+    loaded.time = None;
+    loaded.loads.point = crate::common::at_tip([0.0, -1e-3, 0.0]);
+    let problem = loaded.problem().unwrap();
+    let curve = |change: &dyn Fn(f64, f64) -> f64, second: f64| {
+        let point = |(k, factor): (usize, f64)| {
+            let load = -1e-3 * (k + 1) as f64;
+            LoadedPoint { load, displacement: change(load * 1.23457, factor) }
+        };
+        let points = twice(second).map(point).collect();
+        let load = "loads.point.0.force.y".parse().unwrap();
+        let measured = LoadDeflection::new(load, Point::Tip, 1, points).sigma(1e-4);
+        let fit = Fit::new(&problem).observe(measured).identify(Parameter::YoungsModulus);
+        fit.residuals().err().map(|error| error.to_string())
+    };
+    let exact = |x: f64, factor: f64| x * factor;
+    let words = curve(&exact, 0.0).expect("the same rows twice");
+    assert!(words.contains("load_deflection[0]") && words.contains("5 samples that"), "{words}");
+    assert_eq!(curve(&exact, 1e-4), None);
+    // A ruler of 1 mm for a range of 5 mm reads the same value again.
+    assert_eq!(curve(&|x: f64, factor: f64| (x * factor * 1e3).round() * 1e-3, 0.0), None);
+}
+
+/// The same critical load twice is rejected, also as validation data; two measured values are accepted.
+#[test]
+fn duplicate_critical_loads_are_rejected() {
+    let mut loaded = scene();
+    loaded.time = None;
+    loaded.loads.gravity = [0.0; 3];
+    loaded.loads.point = crate::common::at_tip([0.0; 3]);
+    let problem = loaded.problem().unwrap();
+    let load: Parameter = "loads.point.0.force.x".parse().unwrap();
+    let error = |first: Buckling, second: Buckling| {
+        let fit = Fit::new(&problem).observe(first).observe(second);
+        fit.identify(Parameter::YoungsModulus).residuals().err().map(|error| error.to_string())
+    };
+    let of = |value: f64| Buckling::new(load, value, 0.01);
+    for second in [of(-0.48), of(-0.48).held_out()] {
+        let words = error(of(-0.48), second).expect("the same load twice");
+        assert!(words.contains("buckling[1]") && words.contains("buckling[0]"), "{words}");
+    }
+    assert_eq!(error(of(-0.48), of(-0.481)), None);
 }

@@ -363,6 +363,8 @@ fn invalid_keys_of_strains_are_named() {
     let reading = vec![Reading { time: Some(0.01), value: 1.0 }];
     let along = PointChannel::strain(Point::Tip, [1e-3, 0.0]).rotated([0.0, 0.0, 0.5]);
     let endless = PointChannel::strain(Point::Tip, [f64::INFINITY, 0.0]);
+    // Ten radii from the axis: 5 mm in a wrong unit.
+    let outside = PointChannel::strain(Point::Tip, [0.03, 0.04]);
     for (channel, key) in [
         (PointChannel::curvature(Point::ArcLength(7.0), 0), "observation[0].point"),
         (PointChannel::curvature(Point::Tip, 1), "observation[0].rotation"),
@@ -372,6 +374,7 @@ fn invalid_keys_of_strains_are_named() {
         ),
         (along, "observation[0].offset"),
         (endless, "observation[0].offset"),
+        (outside, "observation[0].offset"),
     ] {
         let channel: SensorChannel = channel.into();
         let [found, ..] =

@@ -1,10 +1,12 @@
 //! One-sided bounds: dampings near zero, and parameters whose likelihood is flat on one side.
 
-use rodfit::fit::{Analysis, Observation, RestShape, Sample, ShapePoint};
-use rodfit::scene::{Material, Scene, Time};
+use rodfit::fit::{
+    Analysis, Channel, Observation, ReactionPart, Reading, RestShape, Sample, Sensor, ShapePoint,
+};
+use rodfit::scene::{End, Material, Scene, Time};
 use rodfit::{Code, Fit, Parameter, Point, Unknown};
 
-use crate::common::fits::noisy;
+use crate::common::fits::{noisy, same_mesh};
 use crate::common::{simulate, straight_rod};
 
 /// A horizontal rod that is released; without `segments` the program chooses the mesh.
@@ -161,4 +163,32 @@ fn damping_of_a_rod_at_rest_has_no_bound() {
     let damping = &report.parameters[1];
     assert!(!damping.identifiable && damping.upper95.is_none(), "{report}");
     assert!(damping.lower95.is_none() && report.parameters[0].interval95.is_some(), "{report}");
+}
+
+/// Readings of the weight in a wrong unit give a density beyond the largest one of the search, 20 000 kg/m^3. They
+/// determine it as well as any other: it has the interval of the mean of the readings, and no one-sided bound.
+#[test]
+fn density_beyond_the_scan_has_an_interval() {
+    let mut scene = falling(Some(12), 0.0);
+    scene.time = None;
+    scene.material.youngs_modulus = 1e12;
+    let density = 1.3e6;
+    let weight = density * 9.81 * 0.3 * std::f64::consts::PI * 1.5e-3_f64.powi(2);
+    // Deviations of +-1 % with the mean zero, in no order.
+    let reading = |sign: char| {
+        let deviation = if sign == '+' { 0.01 } else { -0.01 };
+        Reading { time: None, value: weight * (1.0 + deviation) }
+    };
+    let readings = "++-+--+++--+-+---++-".chars().map(reading).collect();
+    let channel = Channel::along_world(End::Start, ReactionPart::Force, 1);
+    let sensor = Sensor::new(channel, readings).sigma(0.01 * weight);
+    let fit = Fit::new(&scene.problem().unwrap()).observe(sensor).identify(Parameter::Density);
+    let report = fit.analyse(same_mesh()).solve().unwrap();
+    let found = &report.parameters[0];
+    assert!(!report.warning_codes.contains(&Code::OneSided), "{report}");
+    assert!((found.value.unwrap() / density - 1.0).abs() < 1e-3, "{report}");
+    // Stated noise of 1 % over the root of 20 readings.
+    let error = found.std_error.unwrap() / density;
+    assert!((error * 20.0_f64.sqrt() / 0.01 - 1.0).abs() < 0.2, "{error}");
+    assert!(found.interval95.is_some() && found.lower95.is_none(), "{report}");
 }

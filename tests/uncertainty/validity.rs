@@ -228,6 +228,24 @@ fn mode_numbers_of_a_cantilever_are_unique() {
     assert_eq!(report.grade, Grade::Trustworthy, "{report}");
 }
 
+/// One frequency without a mode number is taken as that of mode 1, which a note states with the modulus of mode 2. A
+/// given number is not noted.
+#[test]
+fn assumed_mode_number_of_a_single_frequency_is_noted() {
+    let mut scene = straight_rod(120, [0.6, 0.0015], Material::new(2780.0, 1e10));
+    scene.rod.segments = None;
+    scene.rod.dimension = Dimension::Planar;
+    let assumed = fit_modulus(&scene, Frequencies::hz(&[33.3], 0.2));
+    let words = warning_of(&assumed, Code::ModeNumbers).unwrap_or_else(|| panic!("{assumed}"));
+    assert!(words.contains("is assumed to be 1"), "{words}");
+    let other = number(words, "modes 2 give youngs_modulus =", "Pa");
+    // Roots of a cantilever: a frequency is proportional to their square, the modulus to the inverse fourth power.
+    let ratio = (4.694_091_f64 / 1.875_104).powi(4);
+    assert!((other / modulus(&assumed) * ratio - 1.0).abs() < 5e-3, "{words}");
+    let given = fit_modulus(&scene, Frequencies::hz(&[33.3], 0.2).of_modes(&[1]).unwrap());
+    assert!(warning_of(&given, Code::ModeNumbers).is_none(), "{given}");
+}
+
 /// A rod without loads and clamped at both ends, one of which moves away by 15 % or 3 % of the length. The middle
 /// follows by half of it. Only the motion strains the rod, by as much at rest, and by less than twice that while it
 /// swings.

@@ -41,6 +41,8 @@ pub struct ModeFrequencies {
     /// Whether the frequencies of bending modes include shear deformation and rotary inertia; default: those of a
     /// slender rod.
     pub timoshenko: bool,
+    /// Whether the mode numbers are assumed (1, 2 and so on), not given.
+    pub are_modes_assumed: bool,
 }
 
 /// Measured natural frequencies, rad/s, with their header.
@@ -52,7 +54,12 @@ impl Frequencies {
     pub fn new(rad_s: &[f64], sigma: f64) -> Self {
         let number = |(k, rad_s): (usize, &f64)| Frequency { mode: k + 1, rad_s: *rad_s };
         let values = rad_s.iter().enumerate().map(number).collect();
-        let data = ModeFrequencies { values, among: ModeFilter::default(), timoshenko: false };
+        let data = ModeFrequencies {
+            values,
+            among: ModeFilter::default(),
+            timoshenko: false,
+            are_modes_assumed: true,
+        };
         Self { header: Header::with_sigma("rad/s", sigma), data }
     }
 
@@ -81,6 +88,7 @@ impl Frequencies {
         let allowed = format!("{count}, one per frequency");
         ensure(modes.len() == count, "modes", found, allowed)?;
         self.values.iter_mut().zip(modes).for_each(|(value, mode)| value.mode = *mode);
+        self.are_modes_assumed = false;
         Ok(self)
     }
 

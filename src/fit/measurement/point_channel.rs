@@ -22,7 +22,7 @@ use crate::fit::measurement::simulated::{Requirements, SimulatedOutput};
 use crate::numerics::scalar::Scalar;
 use crate::numerics::vector::{cross, dot, rotate};
 use crate::problem::Problem;
-use crate::scene::Point;
+use crate::scene::{Point, Section};
 
 /// Smallest component along the normal of a planar motion of the axis of an angle, and smallest component in the plane
 /// of the direction of a curvature: below it they are not defined.
@@ -30,6 +30,10 @@ const LEAST_NORMAL: f64 = 0.1;
 
 /// Largest component along the tangent of a direction across the rod, over its length: rounding errors only.
 const ALONG_ROD: f64 = 1e-9;
+
+/// Largest distance of a strain gauge from the axis, over that of the surface: the rest is for adhesive, coating and an
+/// inexact radius.
+const BEYOND_SURFACE: f64 = 1.5;
 
 /// Quantity of a sensor that is fixed to a point of the rod.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -71,6 +75,18 @@ pub struct PointChannel {
     pub point: Point,
     /// The measured quantity.
     pub quantity: PointQuantity,
+}
+
+/// Largest accepted distance of a strain gauge from the axis, m: [`BEYOND_SURFACE`] times the largest outer radius of
+/// the rod (half the diagonal of a rectangle), or the length of a rod whose section has no known outline.
+fn farthest_gauge(problem: &Problem) -> f64 {
+    let outer = |place: &f64| match problem.scene().at(*place).0 {
+        Section::Circle { radius } | Section::Tube { radius, .. } => radius,
+        Section::Rectangle { width, height, .. } => 0.5 * width.hypot(height),
+        Section::Custom { .. } => f64::INFINITY,
+    };
+    let outer = problem.scene().rod.taper.breaks().iter().map(outer).fold(0.0, f64::max);
+    (BEYOND_SURFACE * outer).min(problem.length())
 }
 
 impl PointChannel {
@@ -188,9 +204,12 @@ impl PointChannel {
             }
             PointQuantity::Strain { offset } => {
                 let found = format!("{offset:?}");
-                let allowed = "finite components along both directors, up to the rod's length, and none along the rod";
-                let is_valid =
-                    is_across_rod(offset) && dot(offset, offset).sqrt() <= problem.length();
+                let most = farthest_gauge(problem);
+                let allowed = format!(
+                    "finite components in m along both directors, up to {most:.3e} m (the surface of the rod and half \
+                     as much), and none along the rod"
+                );
+                let is_valid = is_across_rod(offset) && dot(offset, offset).sqrt() <= most;
                 ensure(is_valid, format!("{key}.offset"), found, allowed)
             }
         }

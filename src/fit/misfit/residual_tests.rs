@@ -1,4 +1,4 @@
-//! Statistical tests of residuals for being noise: whiteness, normality and the absence of a trend in time.
+//! Statistical tests of residuals for being noise: whiteness, normality and the absence of a trend.
 //!
 //! Intervals and standard errors assume independent normal residuals. A wrong model or a wrong minimum leaves residuals
 //! that are autocorrelated or grow with time. AR(1) noise is autocorrelated too; its innovations are white. Input: the
@@ -13,6 +13,7 @@
 //! innovations ([`innovation_p_value`]) is at least [`LEAST_INNOVATION_P`]. `is_noise` requires white residuals or such
 //! innovations, and no trend, but not normality.
 
+use crate::fit::measurement::dataset::Abscissa;
 use crate::fit::measurement::loss::Loss;
 use crate::fit::misfit::ar1::{Ar1Correlation, usual_spacing};
 use crate::summary::quantity::p_value;
@@ -94,6 +95,8 @@ fn default_significance() -> f64 {
 pub(crate) struct ResidualSeries<'a> {
     /// Times, s, or arc lengths, m.
     pub times: &'a [f64],
+    /// Whether these are times, arc lengths or others, for the text.
+    pub abscissa: Abscissa,
     /// Plain residuals, in units of the noise.
     pub residuals: &'a [f64],
     /// Loss by which they were fitted.
@@ -112,7 +115,7 @@ impl ResidualTests {
     pub(crate) fn new(
         observation: String,
         axis: &str,
-        ResidualSeries { times, residuals, loss, correlation }: ResidualSeries,
+        ResidualSeries { times, abscissa, residuals, loss, correlation }: ResidualSeries,
         significance: f64,
     ) -> Option<Self> {
         if residuals.len() < FEWEST_VALUES {
@@ -148,7 +151,13 @@ impl ResidualTests {
             wrong.push(format!("the residuals are not normal ({})", p_value(normality)));
         }
         if trend < significance {
-            wrong.push(format!("the residuals have a trend in time ({})", p_value(trend)));
+            let order = match abscissa {
+                Abscissa::Time => "in time",
+                Abscissa::ArcLength => "along the rod",
+                Abscissa::Load | Abscissa::Moment => "with the load",
+                Abscissa::Mode | Abscissa::Reading => "in their order",
+            };
+            wrong.push(format!("the residuals have a trend {order} ({})", p_value(trend)));
         }
         let passed = wrong.is_empty();
         let verdict = match passed {
@@ -295,9 +304,34 @@ mod tests {
     /// Tests of residuals at times 0, 1, 2, .. with squared losses and white noise.
     fn tests(r: &[f64]) -> ResidualTests {
         let times: Vec<f64> = (0..r.len()).map(|k| k as f64).collect();
-        let series =
-            ResidualSeries { times: &times, residuals: r, loss: Loss::Squares, correlation: 0.0 };
+        let series = ResidualSeries {
+            times: &times,
+            abscissa: Abscissa::Time,
+            residuals: r,
+            loss: Loss::Squares,
+            correlation: 0.0,
+        };
         ResidualTests::new("o".into(), "x", series, SIGNIFICANCE).unwrap()
+    }
+
+    /// Residuals of a rod at rest that grow along it have a trend along the rod, not in time.
+    #[test]
+    fn trend_of_a_shape_is_along_the_rod() {
+        let times: Vec<f64> = (0..60).map(f64::from).collect();
+        let residuals: Vec<f64> = times.iter().map(|s| 0.1 * s - 3.0 + s.sin()).collect();
+        for (abscissa, words) in
+            [(Abscissa::Time, "trend in time"), (Abscissa::ArcLength, "trend along the rod")]
+        {
+            let series = ResidualSeries {
+                times: &times,
+                abscissa,
+                residuals: &residuals,
+                loss: Loss::Squares,
+                correlation: 0.0,
+            };
+            let tests = ResidualTests::new("o".into(), "x", series, SIGNIFICANCE).unwrap();
+            assert!(tests.verdict.contains(words), "{}", tests.verdict);
+        }
     }
 
     /// A p-value below one in a thousand is found in one of a thousand samples of noise, few values included.

@@ -19,6 +19,7 @@ use crate::code::Code;
 use crate::error::Error;
 use crate::fit::measurement::Measurement;
 use crate::fit::measurement::constant_axes::ConstantAxis;
+use crate::fit::measurement::dataset::Abscissa;
 use crate::fit::measurement::experiment::Experiment;
 use crate::fit::measurement::loss::Loss;
 use crate::fit::measurement::motion::{PointMotion, Sample};
@@ -206,6 +207,7 @@ impl PointMotion {
             let residuals: Vec<f64> = x.iter().map(|x| x - mean).collect();
             let series = ResidualSeries {
                 times: &times,
+                abscissa: Abscissa::Time,
                 residuals: &residuals,
                 loss: Loss::Squares,
                 correlation: 0.0,

@@ -162,6 +162,7 @@ pub(crate) fn residual_tests(
         let sorted = SortedValues::new(pairs);
         let series = ResidualSeries {
             times: &sorted.abscissas,
+            abscissa: measurement.abscissa(),
             residuals: &sorted.values,
             loss: measurement.loss(),
             correlation,

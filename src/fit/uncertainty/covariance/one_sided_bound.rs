@@ -6,13 +6,15 @@
 //! unidentifiable combination are none. The parameter is held and all others are fitted (profile), at factors of 2, 16
 //! and 65536 to both sides of the optimum; at 2^32 and 2^48 too if both sides are open. The values are within the
 //! bounds of the parameter and at most [`BEYOND_SCAN`] above the scan; if the optimum is above the scan, factors are
-//! counted from the end of the scan. Rises are those of twice the misfit over the least of the profile, in units of the
-//! variance of the noise. A side is open if its farthest point, at least a factor of 2 off, has risen by less than
-//! [`OPEN_BELOW`], and closed if it has risen by at least that. If one side is open and the other closed, the bound is
-//! the value on the closed side where the rise is the squared one-sided 95 % quantile. [`add_one_sided_bounds`] adds
-//! the bounds, in the unit of the parameter, to the entries of the candidates: an upper bound where the lower side is
-//! open, a lower bound where the upper side is open. It adds none without convergence or where residuals are rounding
-//! errors. A stop is an error, and so is a failed fit at a lower minimum that a profile finds.
+//! counted from the end of the scan. If the profile has risen by [`OPEN_BELOW`] there, the data determine a value above
+//! the scan, and factors and range are counted from the optimum. Rises are those of twice the misfit over the least of
+//! the profile, in units of the variance of the noise. A side is open if its farthest point, at least a factor of 2
+//! off, has risen by less than [`OPEN_BELOW`], and closed if it has risen by at least that. If one side is open and the
+//! other closed, the bound is the value on the closed side where the rise is the squared one-sided 95 % quantile.
+//! [`add_one_sided_bounds`] adds the bounds, in the unit of the parameter, to the entries of the candidates: an upper
+//! bound where the lower side is open, a lower bound where the upper side is open. It adds none without convergence or
+//! where residuals are rounding errors. A stop is an error, and so is a failed fit at a lower minimum that a profile
+//! finds.
 
 use crate::error::Error;
 use crate::fit::search::damping::may_vanish;
@@ -71,7 +73,7 @@ struct BoundSearchProfile<'a> {
     /// Index of the unknown.
     unknown: usize,
     /// Origin of the distances, on the scale of the unknown: its optimum, or the largest sensible value where the
-    /// optimum is above it. Rounding errors of simulations are small there.
+    /// optimum is above it and the data fit that value too. Rounding errors of simulations are small there.
     here: f64,
     /// Least and largest value of the unknown, on its scale, at which the profile is evaluated.
     range: [f64; 2],
@@ -167,11 +169,19 @@ impl<'a> BoundSearchProfile<'a> {
     /// nearest to `here` with a rise up to that level, and `log_deviation` is a placeholder of 1. A lower minimum than
     /// the optimum is recorded in the search. Error: the fit is stopped, or fails at that minimum.
     fn bound(mut self, quantile: f64) -> Result<Option<NearZeroEstimate>, Error> {
-        let here = self.here;
-        if here != self.fitted.optimum.x[self.unknown] {
-            let point = self.evaluate(here, &self.fitted.optimum.x)?;
-            self.insert(point);
+        let optimal = self.fitted.optimum.x[self.unknown];
+        if self.here != optimal {
+            let point = self.evaluate(self.here, &self.fitted.optimum.x)?;
+            if point.rise < OPEN_BELOW {
+                self.insert(point);
+            } else {
+                // The data exclude all sensible values: larger ones are evaluated about the optimum.
+                let [low, high] = self.fitted.search.unknowns[self.unknown].scaled_bounds();
+                self.here = optimal;
+                self.range = [low, high.min(optimal + BEYOND_SCAN)];
+            }
         }
+        let here = self.here;
         self.explore(-1.0, &DISTANCES)?;
         self.explore(1.0, &DISTANCES)?;
         // Flat on both sides: the optimum may be far from where the profile rises.

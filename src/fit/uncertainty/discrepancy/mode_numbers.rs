@@ -2,7 +2,8 @@
 //!
 //! Frequencies alone determine a stiffness only with the numbers of their modes: those of a simply supported rod are
 //! proportional to `n^2`. So numbers with a common factor fit them too, with another modulus. The test applies to a fit
-//! of one experiment with one rod (no structure), at least [`FEWEST`] frequencies and no other measurement. Some
+//! of one experiment with one rod (no structure), at least [`FEWEST`] frequencies and no other measurement. A single
+//! frequency is tested where its mode number is assumed, not given: it fits any. Some
 //! positive unknown must scale all frequencies by one factor (within [`ONE_SCALE`]) and change them clearly
 //! ([`SMALLEST_POWER`]); the first such unknown must have a standard error. Other numberings ([`NUMBERINGS`]) are
 //! compared without another fit: their frequencies at the optimum times the factor `c` that fits best,
@@ -27,7 +28,7 @@ use crate::vibration::{ModeName, NaturalFrequency};
 
 /// Largest excess of the chi^2 of a numbering that fits as well: 95 % of right ones with one parameter are below.
 const EXCESS: f64 = 4.0;
-/// Fewest frequencies with which numberings are compared: a single one fits any numbering.
+/// Fewest frequencies with given numbers with which numberings are compared: a single one fits any numbering.
 const FEWEST: usize = 2;
 /// Largest relative spread of the derivatives `d ln f/d ln p` of all frequencies by a parameter `p` that is their
 /// common scale.
@@ -100,32 +101,41 @@ pub(crate) fn check_mode_numbers(fitted: Fitted, estimates: &[Estimate], warning
     let Some(found) = other_numberings(fitted, estimates).filter(|found| !found.is_empty()) else {
         return;
     };
-    let text = format!(
-        "other mode numbers fit the frequencies as well: {}. Frequencies alone do not decide between them. Find the \
-         nodes of a mode, or add a measurement such as the shape at rest",
-        found.join("; ")
-    );
+    let found = found.join("; ");
+    let count: usize = fitted.measured().map(|own| own.residuals.len()).sum();
+    let text = match count {
+        1 => format!(
+            "the mode number of the only frequency is assumed to be 1. Other numbers fit as well: {found}. Give modes = \
+             [..] after a look at the nodes of the mode, or add a measurement such as the shape at rest"
+        ),
+        _ => format!(
+            "other mode numbers fit the frequencies as well: {found}. Frequencies alone do not decide between them. \
+             Find the nodes of a mode, or add a measurement such as the shape at rest"
+        ),
+    };
     warnings.add(Severity::Note, Code::ModeNumbers, text);
 }
 
 /// Texts of all numberings of [`NUMBERINGS`] whose chi^2 exceeds that of the fit by at most [`EXCESS`], with the
 /// parameter within its bounds and [`EXCLUDED_BY_PRIOR`] standard deviations of its prior. None with several
-/// experiments, another kind of measurement or a structure, or with fewer than [`FEWEST`] frequencies. None also where
-/// no unknown is a common scale of the frequencies, the first such one has no standard error, or frequencies cannot be
-/// computed.
+/// experiments, another kind of measurement or a structure, or with fewer than [`FEWEST`] frequencies whose numbers are
+/// given. None also where no unknown is a common scale of the frequencies, the first such one has no standard error, or
+/// frequencies cannot be computed.
 fn other_numberings(fitted: Fitted, estimates: &[Estimate]) -> Option<Vec<String>> {
     let search = fitted.search;
     // Another experiment or another kind of measurement decides between numberings.
     let [experiment] = search.experiments else { return None };
     let (mut names, mut measured, mut chi_squared) = (Vec::new(), Vec::new(), 0.0);
+    let mut are_assumed = true;
     for MeasuredResiduals { measurement, sigma, residuals, .. } in fitted.measured() {
         let frequencies = measurement.frequencies()?;
         names.extend(frequencies.names());
+        are_assumed &= frequencies.are_modes_assumed;
         let values = frequencies.values.iter().map(|f| MeasuredFrequency { value: f.rad_s, sigma });
         measured.extend(values);
         chi_squared += residuals.iter().map(|r| r * r).sum::<f64>();
     }
-    if names.len() < FEWEST {
+    if names.len() < FEWEST && !are_assumed {
         return None;
     }
     let problem = fitted.problem(experiment).ok()?;
@@ -153,7 +163,9 @@ fn other_numberings(fitted: Fitted, estimates: &[Estimate]) -> Option<Vec<String
         let numbers = numbers.join(", ");
         fits.then(|| format!("modes {numbers} give {label} = {other_value:.3e} {unit}"))
     };
-    Some(NUMBERINGS.into_iter().filter_map(describe).collect())
+    // Twice number 1 and one more are the same.
+    let is_new = |own: &Numbering| names.len() > 1 || own.offset == 0;
+    Some(NUMBERINGS.into_iter().filter(is_new).filter_map(describe).collect())
 }
 
 /// The first positive unknown `p` that is a common scale of the frequencies `f` of all named modes. Their derivatives

@@ -147,6 +147,15 @@ pub(crate) fn factor_text(factor: f64) -> String {
     }
 }
 
+/// Name of a coordinate in messages: the `observation` and the `axis`, which is left out if the observation is named
+/// after it already, as a component of a sensor.
+fn coordinate_name(observation: &str, axis: &str) -> String {
+    match observation.rsplit(' ').next() == Some(axis) {
+        true => observation.into(),
+        false => format!("{observation}, {axis}"),
+    }
+}
+
 /// Tests the residuals of every coordinate of every measurement for whiteness, normality and trend. A coordinate that
 /// is neither white nor AR(1) noise, or has a trend, adds a warning (`Misfit`), the most significant first. One that
 /// fails another test adds a note on outliers. Strong autocorrelation of all coordinates together adds one note.
@@ -164,7 +173,8 @@ pub(crate) fn test_residuals(
     for own in fitted.measured() {
         let correlation = |axis: &str| correlations.correlation(own.index, axis);
         for tests in residual_tests(&own, correlation, significance) {
-            let finding = format!("{}, {}: {}", tests.observation, tests.axis, tests.verdict);
+            let name = coordinate_name(&tests.observation, &tests.axis);
+            let finding = format!("{name}: {}", tests.verdict);
             if !tests.is_noise() {
                 let text = format!(
                     "{finding}. The model lacks an effect, or the noise is correlated{narrow}. Look at \
@@ -312,10 +322,11 @@ fn note_autocorrelation(tests: &[ResidualTests], unknowns: usize, warnings: &mut
     let Some(strongest) = strongest.filter(|_| is_noted) else { return };
     // The interval widens with the correlation, and becomes uncertain with few independent values.
     let mut text = format!(
-        "{}, {}: neighboring residuals correlate by {:.2}, the highest value of all coordinates. The {values:.0} samples of all \
+        "{}: neighboring residuals correlate by {:.2}, the highest value of all coordinates. The {values:.0} samples of all \
          coordinates carry the information of {effective:.0} independent ones. The intervals allow for such noise, \
          not for a missing effect",
-        strongest.observation, strongest.axis, strongest.autocorrelation
+        coordinate_name(&strongest.observation, &strongest.axis),
+        strongest.autocorrelation
     );
     if effective < ENOUGH_EACH * unknowns as f64 {
         text += ". They are uncertain themselves: record longer; more frames a second do not help";
@@ -326,6 +337,15 @@ fn note_autocorrelation(tests: &[ResidualTests], unknowns: usize, warnings: &mut
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// A component of a sensor, after which the observation is named, is not repeated; a coordinate of a motion is
+    /// added.
+    #[test]
+    fn coordinate_of_a_sensor_is_named_once() {
+        assert_eq!(coordinate_name("f4.csv fy", "fy"), "f4.csv fy");
+        assert_eq!(coordinate_name("fy", "fy"), "fy");
+        assert_eq!(coordinate_name("tip.csv", "y"), "tip.csv, y");
+    }
 
     /// Chi-squared: the root of its 99.9 % quantile is 3.29 for one value, and below 1.5 for a hundred.
     #[test]
