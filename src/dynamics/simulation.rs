@@ -410,8 +410,8 @@ impl<D: RodScalar, R: Rod<D>> Simulation<D, R> {
         relative * sizes.sum::<f64>()
     }
 
-    /// Subtracts the work, J, of loads, actuators or obstacles in the last step from the potential. Adds its absolute value to the
-    /// exchanged work, a scale of step control.
+    /// Subtracts the work, J, of loads, actuators or obstacles in the last step from the potential. Adds its absolute
+    /// value to the exchanged work, a scale of step control.
     fn subtract_work(&mut self, work: f64) {
         self.state.wound -= work;
         self.state.exchanged.work += work.abs();
@@ -526,8 +526,8 @@ impl<D: RodScalar, R: Rod<D>> Simulation<D, R> {
         Some(Error::NotFinite { time, name, arc_length })
     }
 
-    /// Restores the state before the last step, the values of actuators and the places of obstacles at its time; a second call changes nothing.
-    /// The work count stays.
+    /// Restores the state before the last step, the values of actuators and the places of obstacles at its time; a
+    /// second call changes nothing. The work count stays.
     pub fn step_back(&mut self) {
         self.state.restore(&self.previous);
         self.set_rod_now();

@@ -185,13 +185,16 @@ pub fn logarithm<D: Scalar>(m: &Matrix3<D>) -> Vector<D> {
 /// The rotation vector of any rotation matrix, rad, of length up to half a turn, in plain numbers.
 pub fn rotation_vector(m: &Matrix3<f64>) -> Vector<f64> {
     let matrix = nalgebra::Matrix3::from_fn(|i, j| m[i][j]);
-    nalgebra::Rotation3::from_matrix_unchecked(matrix).scaled_axis().into()
+    let rotation = nalgebra::Rotation3::from_matrix_unchecked(matrix);
+    // The axis of a matrix is undetermined at half a turn, and its arc cosine loses digits near the identity.
+    nalgebra::UnitQuaternion::from_rotation_matrix(&rotation).scaled_axis().into()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use num_dual::{Dual64, HyperDual64};
+    use std::f64::consts::PI;
 
     const VECTORS: [[f64; 3]; 6] = [
         [0.0; 3],
@@ -207,6 +210,19 @@ mod tests {
         for r in VECTORS {
             let back = logarithm(&exponential(r));
             assert!((0..3).all(|c| (back[c] - r[c]).abs() < 2e-15), "{r:?} {back:?}");
+        }
+    }
+
+    /// Also half a turn, where the sign of the axis is free, and rotations of the size of rounding errors.
+    #[test]
+    fn rotation_vector_inverts_the_exponential_map_up_to_half_a_turn() {
+        let axis = [0.6, 0.0, -0.8];
+        for angle in [0.0, 1e-17, 1e-9, 1e-3, 1.0, 3.0, PI - 1e-9, PI] {
+            let found = rotation_vector(&exponential(scale(axis, angle)));
+            let sign = if dot(found, axis) < 0.0 { -1.0 } else { 1.0 };
+            assert!(sign > 0.0 || angle >= PI - 1e-9, "{angle}");
+            let off = (0..3).map(|c| (sign * found[c] - axis[c] * angle).abs()).fold(0.0, f64::max);
+            assert!(off < 1e-14 * angle.max(1.0), "{angle}: {off:e}");
         }
     }
 

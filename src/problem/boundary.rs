@@ -7,25 +7,31 @@
 //! ```
 //!
 //! with the displacement u, the rotation vector r and the point c. A wall also rotates its edge about the rod by the
-//! twist. Displacements, rotation vectors and twists of several motions of one end are added. The nodes of a recorded
-//! end are at the recorded markers; its angles are constant relative to the parallel-transported frame, or free. Nodes
-//! between the ends may be prescribed likewise. The mass matrix does not couple held and free unknowns, so that a step
-//! requires only the positions of the supports at its end. All vectors are in the axes of the model; in the plane the
-//! third component is zero. [`BoundaryMotion`] overwrites the entries of held and recorded nodes in lists of all
-//! unknowns with positions (`advance`, m, with the angles of held edges), velocities (m/s) and accelerations (m/s^2).
-//! `prescribed` lists all prescribed unknowns, and their angles alone. `has_numbers` returns whether the motion depends
-//! on numbers of the scene, `changes` whether any of these has a derivative. Steppers, equilibria and sensitivities use
-//! it. For equilibria, which move ends in stages, `stages` returns their number; more than `MOST_STAGES` are an error.
-//! `carry` moves all nodes by weighted motions of the ends, as the initial guess of a stage.
+//! twist. A recorded pose of a gripper is one more displacement, and a rotation before that by r. Displacements,
+//! rotation vectors and twists of several motions of one end are added. The nodes of a recorded end are at the recorded
+//! markers; its angles are constant relative to the parallel-transported frame, or free. Nodes between the ends may be
+//! prescribed likewise. The mass matrix does not couple held and free unknowns, so that a step requires only the
+//! positions of the supports at its end. All vectors are in the axes of the model; in the plane the third component is
+//! zero. [`BoundaryMotion`] overwrites the entries of held and recorded nodes in lists of all unknowns with positions
+//! (`advance`, m, with the angles of held edges), velocities (m/s) and accelerations (m/s^2). `prescribed` lists all
+//! prescribed unknowns, and their angles alone. `has_numbers` returns whether the motion depends on numbers of the
+//! scene, `changes` whether any of these has a derivative. Steppers, equilibria and sensitivities use it. For
+//! equilibria, which move ends in stages, `stages` returns their number; more than `MOST_STAGES` are an error. `carry`
+//! moves all nodes by weighted motions of the ends, as the initial guess of a stage.
 //!
 //! `MovedEnd` is an end that a support holds, with its nodes (`HeldNode`) and, at a clamp, its edge (`HeldEdge`)
 //! without motion. `RecordedPart` is a part of the rod that follows recorded markers.
 
+use crate::energy::frame::EdgeFrame;
 use crate::error::Error;
+use crate::numerics::rotation::{
+    Matrix3, exponential, product, rotation_vector, times, transpose, transposed_times,
+};
 use crate::numerics::scalar::{RodScalar, Scalar};
-use crate::numerics::vector::{Vector, add, dot, rotate, scale, sub};
+use crate::numerics::vector::{Vector, add, cross, dot, rotate, scale, sub};
 use crate::problem::model::Model;
 use crate::rod::{ReferenceFrames, Rod};
+use crate::scene::gripper_pose::EndPose;
 use crate::scene::path::RecordedNode;
 use crate::scene::prescribed_motion::MotionTime;
 use crate::scene::{End, Motion, Track};
@@ -82,7 +88,7 @@ pub struct HeldNode<D = f64> {
 }
 
 /// Held edge of a clamped end and its axes without motion.
-#[derive(Clone, Debug)]
+#[derive(Clone, Copy, Debug)]
 pub struct HeldEdge<D = f64> {
     /// Index of the edge.
     pub edge: usize,
@@ -131,12 +137,21 @@ fn time<D: Scalar>(moment: MotionTime<D>) -> D {
     }
 }
 
-/// Rigid motion of an end: displacement, m, rotation vector, rad, and twist about the rod, rad.
+/// Rigid motion of an end: displacement, m, rotation vector, rad, and twist about the rod, rad. The rotation by a
+/// recorded pose precedes that of the vector.
 #[derive(Clone, Copy, Debug)]
 struct Pose<D> {
     displacement: Vector<D>,
+    recorded: Option<Matrix3<D>>,
     rotation: Vector<D>,
     twist: D,
+}
+
+impl<D: Scalar> Pose<D> {
+    /// The vector `v` of the end rotated by the recorded pose, then by the rotation vector.
+    fn rotated(&self, v: Vector<D>) -> Vector<D> {
+        rotate(self.rotation, self.recorded.as_ref().map_or(v, |recorded| times(recorded, v)))
+    }
 }
 
 impl<D: Scalar> MovedEnd<D> {
@@ -145,7 +160,8 @@ impl<D: Scalar> MovedEnd<D> {
     /// not in an approach.
     fn pose(&self, at: MotionTime<D>) -> Pose<D> {
         let zero = D::from(0.0);
-        let mut pose = Pose { displacement: [zero; 3], rotation: [zero; 3], twist: zero };
+        let mut pose =
+            Pose { displacement: [zero; 3], recorded: None, rotation: [zero; 3], twist: zero };
         // Displacements, rotation vectors and twists of all motions of an end are added.
         for motion in &self.motions {
             let fraction = motion.factor(at);
@@ -156,21 +172,72 @@ impl<D: Scalar> MovedEnd<D> {
             if let Some(x) = motion.recorded_displacement(at) {
                 pose.displacement = add(pose.displacement, along(&self.axes, x));
             }
+            if motion.pose.is_some()
+                && let Some((displacement, rotation)) = self.recorded_pose(motion, at)
+            {
+                pose.displacement = add(pose.displacement, displacement);
+                pose.recorded = Some(rotation);
+            }
         }
         pose
     }
 
-    /// Position, m, of `point` of the end after the motion `pose`: `c + u + exp(r) (point - c)` with the center c of
-    /// the end. The twist has no effect.
+    /// Displacement, m, and rotation matrix that move the end from its place without motion to the recorded pose of
+    /// `motion`. At a progress f of the search for an equilibrium they are f times the displacement, and the rotation
+    /// about the same axis by f times the angle, at t = 0. `None` without an edge or a recorded pose.
+    fn recorded_pose(
+        &self,
+        motion: &Motion<D>,
+        at: MotionTime<D>,
+    ) -> Option<(Vector<D>, Matrix3<D>)> {
+        let HeldEdge { tangent, director, .. } = self.edge?;
+        let EndPose { position, axes } = motion.end_pose(time(at))?;
+        let displacement = sub(along(&self.axes, position), self.centre);
+        let directions = transpose(&axes).map(|direction| along(&self.axes, direction));
+        let still = [tangent, director, cross(tangent, director)];
+        // Both matrices have a direction in each row.
+        let rotation = product(&transpose(&directions), &still);
+        let MotionTime::Approach { progress, .. } = at else {
+            return Some((displacement, rotation));
+        };
+        let whole = rotation_vector(&rotation.map(|row| row.map(|c| c.value())));
+        let missing = exponential(whole.map(|c| (progress - 1.0) * c));
+        Some((scale(displacement, progress), product(&missing, &rotation)))
+    }
+
+    /// Position, m, of `point` of the end after the motion `pose`: `c + u + exp(r) Q (point - c)` with the center c of
+    /// the end and the recorded rotation Q. The twist has no effect.
     fn moved(&self, pose: &Pose<D>, point: Vector<D>) -> Vector<D> {
         let arm = sub(point, self.centre);
-        add(add(self.centre, pose.displacement), rotate(pose.rotation, arm))
+        add(add(self.centre, pose.displacement), pose.rotated(arm))
     }
 }
 
 impl<D: Scalar> MovedEnd<D> {
-    /// The end with all numbers converted by `to`, such as to dual numbers in time. Its edge is left out, as only
-    /// positions are needed.
+    /// Moves all nodes in `q`, in space, and the `frames` of all edges rigidly, so that the end has its recorded pose
+    /// at t = 0. No operation without one. The numbers of this end are those without motion.
+    pub fn place(&self, q: &mut [D], frames: &mut [EdgeFrame<D>]) {
+        let start = MotionTime::Time(D::from(0.0));
+        let mut own = self.motions.iter().filter(|motion| motion.pose.is_some());
+        let Some((displacement, rotation)) = own.find_map(|own| self.recorded_pose(own, start))
+        else {
+            return;
+        };
+        let center = add(self.centre, displacement);
+        for node in q.chunks_mut(4) {
+            let place = [node[0], node[1], node[2]];
+            let moved = add(center, times(&rotation, sub(place, self.centre)));
+            node[..3].copy_from_slice(&moved);
+        }
+        for frame in frames {
+            frame.tangent = times(&rotation, frame.tangent);
+            frame.director = times(&rotation, frame.director);
+        }
+    }
+}
+
+impl<D: Scalar> MovedEnd<D> {
+    /// The end with all numbers converted by `to`, such as to dual numbers in time.
     fn over<E: Scalar>(&self, to: impl Fn(D) -> E + Copy) -> MovedEnd<E> {
         MovedEnd {
             end: self.end,
@@ -180,7 +247,11 @@ impl<D: Scalar> MovedEnd<D> {
             nodes: (self.nodes.iter())
                 .map(|held| HeldNode { node: held.node, position: held.position.map(to) })
                 .collect(),
-            edge: None,
+            edge: self.edge.map(|held| HeldEdge {
+                edge: held.edge,
+                tangent: held.tangent.map(to),
+                director: held.director.map(to),
+            }),
         }
     }
 }
@@ -239,7 +310,7 @@ impl<D: RodScalar> BoundaryMotion<D> {
             }
             if let Some(HeldEdge { edge, tangent, director }) = end.edge {
                 let about = tangent.map(|c| c * pose.twist);
-                let director = rotate(pose.rotation, rotate(about, director));
+                let director = pose.rotated(rotate(about, director));
                 // Frames are aligned on the turn nearest to the change of twist, which may be
                 // above half a turn.
                 let turn = pose.twist - end.pose(from.map(D::from)).twist;
@@ -327,7 +398,10 @@ impl BoundaryMotion {
                 x[..axes].copy_from_slice(&before[self.stride * i..][..axes]);
                 // Undo the motion until `from`, then apply that until `to`.
                 let arm = sub(sub(x, end.centre), start.displacement);
-                let still = rotate(start.rotation.map(|r| -r), arm);
+                let mut still = rotate(start.rotation.map(|r| -r), arm);
+                if let Some(recorded) = &start.recorded {
+                    still = transposed_times(recorded, still);
+                }
                 let there = end.moved(&finish, add(still, end.centre));
                 for c in 0..axes {
                     q[self.stride * i + c] += weight * (there[c] - x[c]);
@@ -341,7 +415,7 @@ impl BoundaryMotion {
 
     /// Number of stages, at least one, in which an equilibrium applies the motions of the ends to a rod of a `length`,
     /// m. Per stage an end moves by at most `LARGEST_SHIFT` lengths, `LARGEST_TURN` and `LARGEST_TWIST`. The motions
-    /// are those at t = 0, or after all ramps if `settled`; recordings require no stages.
+    /// are those at t = 0, or after all ramps if `settled`. Recorded markers and displacements require no stages.
     ///
     /// # Errors
     /// More than `MOST_STAGES`.
@@ -350,8 +424,9 @@ impl BoundaryMotion {
         // The number of stages that the largest of displacement, rotation and twist requires.
         let stages = |end: &MovedEnd| {
             let pose = end.pose(MotionTime::Approach { progress: 1.0, settled });
+            let recorded = pose.recorded.as_ref().map_or(0.0, |own| size(rotation_vector(own)));
             (size(pose.displacement) / (LARGEST_SHIFT * length))
-                .max(size(pose.rotation) / LARGEST_TURN)
+                .max((size(pose.rotation) + recorded) / LARGEST_TURN)
                 .max(pose.twist.abs() / LARGEST_TWIST)
         };
         let stages = self.ends.iter().map(stages).fold(1.0, f64::max).ceil();

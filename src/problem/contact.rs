@@ -1,11 +1,11 @@
 //! Contacts of a scene on the mesh of a rod: their energies, and the default stiffness.
 //!
 //! [`rod_contacts`] returns the contacts of a scene: obstacle in the axes of the model at its place at a time (s), its
-//! prescribed motion, stiffness (N/m^3), losses, and for each edge the part of it that may touch. The part of an edge behind a wall cannot touch. The force per length is
-//! the stiffness times the square of the overlap. Without a stiffness in the scene it is chosen so that this force is
-//! `w + E I/L^3` at an overlap of [`OVERLAP_AT_REST`] radii. `w` is the weight of the rod per length, the other term
-//! the line load that bends it by about a tenth of its length `L`. Section and material are those halfway along the
-//! rod, `I` the smaller second moment.
+//! prescribed motion, stiffness (N/m^3), losses, and for each edge the part of it that may touch. The part of an edge
+//! behind a wall cannot touch. The force per length is the stiffness times the square of the overlap. Without a
+//! stiffness in the scene it is chosen so that this force is `w + E I/L^3` at an overlap of [`OVERLAP_AT_REST`] radii.
+//! `w` is the weight of the rod per length, the other term the line load that bends it by about a tenth of its length
+//! `L`. Section and material are those halfway along the rod, `I` the smaller second moment.
 
 use crate::energy::adapter::Chart;
 use crate::energy::overlap::ContactPart;
@@ -84,8 +84,8 @@ fn in_model<D: Scalar>(chart: &Chart<D>, obstacle: &Obstacle<D>) -> Obstacle<D> 
     Obstacle { point, axis: along(obstacle.axis), ..*obstacle }
 }
 
-/// All contacts of a scene on its mesh, in their order: obstacle in the axes of the model at its place at a time, s, its
-/// motion, stiffness, loss, and parts of all edges.
+/// All contacts of a scene on its mesh, in their order: obstacle in the axes of the model at its place at a time, s,
+/// its motion, stiffness, loss, and parts of all edges.
 pub(crate) fn rod_contacts<D: RodScalar>(
     chart: &Chart<D>,
     scene: &Scene<D>,

@@ -144,7 +144,8 @@ fn positions_from_first_node<D: Scalar>(
 }
 
 /// Keys and values of all natural twists, rad/m, of the twist of each support motion, rad, and of the gain of each
-/// actuator of twist, rad/m. A planar rod has none of them.
+/// actuator of twist, rad/m. A recorded pose of an end, which rotates it in space, has the value 1. A planar rod has
+/// none of them.
 pub(super) fn rotations_about_rod<D: Scalar>(scene: &Scene<D>) -> Vec<(String, D)> {
     let twists = scene.rod.natural_twist.values().into_iter();
     let twists = twists.map(|t| ("rod.natural_twist".into(), t));
@@ -157,7 +158,9 @@ pub(super) fn rotations_about_rod<D: Scalar>(scene: &Scene<D>) -> Vec<(String, D
         }
         _ => None,
     });
-    twists.chain(motions).chain(actuators).collect()
+    let poses = scene.supports.motion.iter().enumerate().filter(|(_, own)| own.pose.is_some());
+    let poses = poses.map(|(i, _)| (format!("supports.motion[{i}].pose"), D::from(1.0)));
+    twists.chain(motions).chain(actuators).chain(poses).collect()
 }
 
 /// Key of the first quantity that leaves the plane, or its normal, to first order along the derivatives of the scene;

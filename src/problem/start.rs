@@ -1,16 +1,16 @@
 //! Initial state of a rod: unknowns and frames in the rest shape or a given shape, held ends, and prescribed nodes.
 //!
 //! `begin` returns unknowns (m, rad) and frames before supports and loads act: those of the rest shape, or of the
-//! initial shape of the scene, whose joints have no twist. `held_ends` returns a [`BoundaryMotion`] with nodes and
-//! edges of clamped and pinned ends, their motions (none if not moved), and recorded nodes. `boundary_motion` is the
-//! same, `None` if nothing moves. Rollers and free ends are not held. `turn_ends` adds the prescribed rotation about
-//! the rod (rad) of recorded ends to the angles of edges: it decreases linearly to zero at a held other end, else it is
-//! equal for all edges. `placed`, in space only, returns the state of a rod whose nodes are moved from rest to given
-//! positions (m). Its frames are moved by parallel transport, so that it does not rotate about itself. `placed_still`
-//! is the same in plain numbers. If any edge rotates by more than 120 degrees, the frames of all edges are transported
-//! by way of a state halfway. `start_positions` returns the positions (m) of all nodes before supports and loads act,
-//! `recorded` the parts of the rod that follow a recording. `is_held` returns whether the first coordinate of a node is
-//! prescribed.
+//! initial shape of the scene, whose joints have no twist. A recorded gripper may place this shape in the world.
+//! `held_ends` returns a [`BoundaryMotion`] with nodes and edges of clamped and pinned ends, their motions (none if not
+//! moved), and recorded nodes. `boundary_motion` is the same, `None` if nothing moves. Rollers and free ends are not
+//! held. `turn_ends` adds the prescribed rotation about the rod (rad) of recorded ends to the angles of edges: it
+//! decreases linearly to zero at a held other end, else it is equal for all edges. `placed`, in space only, returns the
+//! state of a rod whose nodes are moved from rest to given positions (m). Its frames are moved by parallel transport,
+//! so that it does not rotate about itself. `placed_still` is the same in plain numbers. If any edge rotates by more
+//! than 120 degrees, the frames of all edges are transported by way of a state halfway. `start_positions` returns the
+//! positions (m) of all nodes before supports and loads act, `recorded` the parts of the rod that follow a recording.
+//! `is_held` returns whether the first coordinate of a node is prescribed.
 
 use crate::energy::frame::Frames;
 use crate::numerics::prescribed_dofs::PrescribedDofs;
@@ -119,8 +119,20 @@ impl<M: Model> Discretized<'_, M> {
 
     /// Unknowns and reference frames before supports and loads act: those of the rest shape, or of the initial shape in
     /// `setup`. The frames of an initial shape are transported from rest, and its angles are such that no joint is
-    /// twisted.
+    /// twisted. If a gripper [places](crate::scene::Supports::placing_end) the rod, the whole shape is moved rigidly so
+    /// that this end has the recorded pose at t = 0.
     pub(crate) fn begin<D: RodScalar>(&self, setup: &Setup<D, M>) -> UnknownsAndFrames<D, M> {
+        let (mut q, mut frames) = self.begin_unplaced(setup);
+        if M::STRIDE == 4
+            && let Some(end) = setup.scene.supports.placing_end()
+        {
+            self.held_end(setup, end, &q, &frames).place(&mut q, frames.parts_mut().0);
+        }
+        (q, frames)
+    }
+
+    /// Unknowns and reference frames of the rest shape, or of the initial shape, at its own place.
+    fn begin_unplaced<D: RodScalar>(&self, setup: &Setup<D, M>) -> UnknownsAndFrames<D, M> {
         let mut q = self.model.unknowns(&setup.rest);
         let mut frames = self.model.frames(&setup.rest);
         let Some(nodes) = &setup.start else { return (q, frames) };
@@ -144,13 +156,29 @@ impl<M: Model> Discretized<'_, M> {
         setup.scene.supports.move_ends().then(|| self.held_ends(setup))
     }
 
-    /// Prescribed motion of clamped and pinned ends, moved or not, and of recorded nodes. A clamped end has its two
-    /// outermost nodes and its edge with tangent and director in the initial shape, a pinned end one node. The end
-    /// rotates about the middle of the edge of a clamp at mid-edge, else about the outermost node. Rollers and free
-    /// ends are not held.
+    /// Prescribed motion of clamped and pinned ends, moved or not, and of recorded nodes. Rollers and free ends are not
+    /// held.
     pub(crate) fn held_ends<D: RodScalar>(&self, setup: &Setup<D, M>) -> BoundaryMotion<D> {
         let supports = &setup.scene.supports;
         let (q, frames) = self.begin(setup);
+        // Rollers move freely along one axis, and free ends are not held.
+        let holds = |end: &End| matches!(supports.at(*end), Support::Clamped | Support::Pinned);
+        let ends = [End::Start, End::End].into_iter().filter(holds);
+        let ends = ends.map(|end| self.held_end(setup, end, &q, &frames));
+        BoundaryMotion::new::<M>(ends.collect(), self.recorded())
+    }
+
+    /// The clamped or pinned end `end` of a rod that has the unknowns `q` and the `frames` without motion. A clamped
+    /// end has its two outermost nodes and its edge with tangent and director, a pinned end one node. The end rotates
+    /// about the middle of the edge of a clamp at mid-edge, else about the outermost node.
+    fn held_end<D: RodScalar>(
+        &self,
+        setup: &Setup<D, M>,
+        end: End,
+        q: &[D],
+        frames: &FramesOver<D, M>,
+    ) -> MovedEnd<D> {
+        let supports = &setup.scene.supports;
         let last = self.nodes() - 1;
         let place = |i: usize| {
             let mut x = [D::from(0.0); 3];
@@ -158,43 +186,34 @@ impl<M: Model> Discretized<'_, M> {
             x[..axes].copy_from_slice(&q[M::STRIDE * i..][..axes]);
             x
         };
-        // Rollers move freely along one axis, and free ends are not held.
-        let holds = |end: &End| matches!(supports.at(*end), Support::Clamped | Support::Pinned);
-        let ends = [End::Start, End::End].into_iter().filter(holds);
-        let ends = ends.map(|end| {
-            let ([outer, inner], edge) = match end {
-                End::Start => ([0, 1], 0),
-                End::End => ([last, last - 1], last - 1),
-            };
-            let clamped = supports.at(end) == Support::Clamped;
-            let held = if clamped { vec![outer, inner] } else { vec![outer] };
-            // The point about which a rotation of the end takes place: the wall.
-            let centre = match supports.clamp {
-                Clamp::MidEdge if clamped => scale(add(place(outer), place(inner)), D::from(0.5)),
-                _ => place(outer),
-            };
-            let moved = supports.motion.iter().filter(|motion| motion.end == end);
-            let motions = moved.map(|motion| Motion {
-                displacement: self.model.components(motion.displacement),
-                rotation: self.model.components(motion.rotation),
-                ..motion.clone()
-            });
-            MovedEnd {
-                end,
-                motions: motions.collect(),
-                axes: self.model_axes(),
-                centre,
-                nodes: held
-                    .into_iter()
-                    .map(|node| HeldNode { node, position: place(node) })
-                    .collect(),
-                edge: frames.director(&q, edge).filter(|_| clamped).map(|director| {
-                    let tangent = unit(sub(place(edge + 1), place(edge)));
-                    HeldEdge { edge, tangent, director }
-                }),
-            }
+        let ([outer, inner], edge) = match end {
+            End::Start => ([0, 1], 0),
+            End::End => ([last, last - 1], last - 1),
+        };
+        let clamped = supports.at(end) == Support::Clamped;
+        let held = if clamped { vec![outer, inner] } else { vec![outer] };
+        // The point about which a rotation of the end takes place: the wall.
+        let centre = match supports.clamp {
+            Clamp::MidEdge if clamped => scale(add(place(outer), place(inner)), D::from(0.5)),
+            _ => place(outer),
+        };
+        let moved = supports.motion.iter().filter(|motion| motion.end == end);
+        let motions = moved.map(|motion| Motion {
+            displacement: self.model.components(motion.displacement),
+            rotation: self.model.components(motion.rotation),
+            ..motion.clone()
         });
-        BoundaryMotion::new::<M>(ends.collect(), self.recorded())
+        MovedEnd {
+            end,
+            motions: motions.collect(),
+            axes: self.model_axes(),
+            centre,
+            nodes: held.into_iter().map(|node| HeldNode { node, position: place(node) }).collect(),
+            edge: frames.director(q, edge).filter(|_| clamped).map(|director| {
+                let tangent = unit(sub(place(edge + 1), place(edge)));
+                HeldEdge { edge, tangent, director }
+            }),
+        }
     }
 
     /// The three axes of the model as unit vectors of the world, one per entry; in a plane its x and y axes and its

@@ -10,8 +10,8 @@
 //! ([`swept_edge`](crate::energy::swept_edge)). Velocities and paths of edges are relative to a moved obstacle
 //! (`moved_obstacles`). The list is empty in scenes without contacts.
 //!
-//! `RodContacts` are all contacts, `RodContact` is that with one obstacle, and `MovedObstacle` the motion of that. `StepVelocities` are the velocities of all
-//! unknowns in a step, with their derivative by the unknown.
+//! `RodContacts` are all contacts, `RodContact` is that with one obstacle, and `MovedObstacle` the motion of that.
+//! `StepVelocities` are the velocities of all unknowns in a step, with their derivative by the unknown.
 
 use crate::energy::contact_loss::LossyContact;
 use crate::energy::edge_contact::{ContactDerivatives, EdgeContact};

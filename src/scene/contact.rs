@@ -6,11 +6,11 @@
 //! rod. `damping` (s/m) and `friction` (Coulomb's coefficient) with `slip_velocity` (m/s) are the numbers of the forces
 //! that depend on the velocity; damping and friction are zero by default. `check_contacts` rejects, with the key,
 //! invalid numbers and motions, directions without length, equal ends of a capsule, and sections other than circle and
-//! tube where `contact_radius` is missing. Output over any number type: shape and size of an obstacle (`obstacle`), the stiffness
-//! that the scene gives (`given_stiffness`, else `None`), losses (`loss`, `None` without damping and friction) and
-//! radius of the rod in the contact (`rod_radius`, `None` without one). `has_damping` and `has_friction` return whether
-//! these are above zero. `contact_directions` returns the vectors that the plane of a planar rod must contain, and
-//! those that must be normal to it.
+//! tube where `contact_radius` is missing. Output over any number type: shape and size of an obstacle (`obstacle`), the
+//! stiffness that the scene gives (`given_stiffness`, else `None`), losses (`loss`, `None` without damping and
+//! friction) and radius of the rod in the contact (`rod_radius`, `None` without one). `has_damping` and `has_friction`
+//! return whether these are above zero. `contact_directions` returns the vectors that the plane of a planar rod must
+//! contain, and those that must be normal to it.
 
 use crate::code::Code;
 use crate::error::Error;

@@ -15,10 +15,10 @@
 //! Files: `rod`, `material`, `section`, `taper`, `along`, `break_points`, `mass`, `loads`, `drag`, `maxwell`,
 //! `contact`, `actuation`, `signal`, `initial`, `camera`, `time`, `scheme`, `tolerance` (tables); `shape`, `polyline`,
 //! `mesh`, `plane`, `point`, `marker` (geometry); `support`, `supports`, `prescribed_motion`, `motion_rate`,
-//! `signal_steps`, `path`, `track`, `recorded_point`, `recorded_motion`, `fault`, `faults` (ends and recordings); `own`
-//! (user-defined energies); `structure` and others of this name, `per_axis` (several rods); `parameter`,
-//! `scene_catalog` (all parameters); `resolution`, `scheme_support`, `required`, `validate`, `nearest` (choice and
-//! checks); `file`, `scene_file` (reading).
+//! `signal_steps`, `path`, `track`, `recorded_point`, `gripper_frame`, `gripper_pose`, `pose_table`, `recorded_motion`,
+//! `fault`, `faults` (ends and recordings); `own` (user-defined energies); `structure` and others of this name,
+//! `per_axis` (several rods); `parameter`, `scene_catalog` (all parameters); `resolution`, `scheme_support`,
+//! `required`, `validate`, `nearest` (choice and checks); `file`, `scene_file` (reading).
 
 pub mod actuation;
 pub mod along;
@@ -28,6 +28,8 @@ pub mod contact;
 mod drag;
 pub mod faults;
 mod file;
+pub mod gripper_frame;
+pub mod gripper_pose;
 pub mod initial;
 pub mod loads;
 pub(crate) mod marker;
@@ -46,6 +48,7 @@ pub mod per_axis;
 pub mod plane;
 pub mod point;
 mod polyline;
+pub mod pose_table;
 pub mod prescribed_motion;
 mod recorded_motion;
 mod recorded_point;
@@ -85,6 +88,8 @@ pub use camera::Camera;
 pub use contact::Contact;
 pub use drag::Drag;
 pub use faults::{LostFrames, SwappedLabels};
+pub use gripper_frame::GripperFrame;
+pub use gripper_pose::GripperPose;
 pub use initial::{Initial, InitialState};
 pub use loads::{Damping, Friction, LineForce, Loads, PointForce};
 pub use mass::PointMass;

@@ -2,7 +2,8 @@
 //!
 //! Displacement (m), rotation vector (rad) and twist (rad) of a [`Motion`] are multiplied by one factor of time. It is
 //! a quintic from 0 to 1 over the ramp (s), `sin(2 pi f t)` with the frequency f (Hz), or 1 without both. A recording
-//! of a point adds its displacement since t = 0, m. Motions of one end are added.
+//! of a point adds its displacement since t = 0, m. Motions of one end are added. With `pose` the recording is the
+//! position and rotation of a gripper ([`GripperPose`]).
 //!
 //! In the search for an equilibrium ([`MotionTime::Approach`]) the factor is the progress of the search, from 0 to 1.
 //! It is 0 for a frequency, and for a ramp unless the equilibrium after all ramps is searched. Recorded displacements
@@ -10,13 +11,15 @@
 //!
 //! `Motion::read` reads the recording. `Motion::check` rejects motions that the support does not allow: clamped ends
 //! may have any motion, pinned ones no rotation and twist, recorded ones a constant twist only; free ends and rollers
-//! have none. Errors are also a ramp beside a frequency, and a start time or columns without a file.
+//! have none. Errors are also a ramp beside a frequency, a start time or columns without a file, and a recorded pose
+//! without a recording or of an end that is not clamped.
 
 use crate::error::Error;
 use crate::numerics::scalar::Scalar;
+use crate::scene::gripper_pose::{EndPose, GripperPose};
 use crate::scene::number::{Quantity, is_default};
 use crate::scene::support::{End, Support};
-use crate::scene::table::table;
+use crate::scene::table::{TABLE, table};
 use crate::scene::track::Track;
 use marker_files::ColumnRules;
 use std::f64::consts::TAU;
@@ -50,7 +53,7 @@ table! {
         pub frequency: Option<D> = Quantity::positive("Hz"),
         /// Recording of the motion, relative to the scene file: a CSV file with a clock `t` and columns
         /// x, y, z of a point that moves with the end, m, or `ax, ay, az` of an accelerometer that
-        /// starts at rest, m/s^2.
+        /// starts at rest, m/s^2. With `pose`: columns of position and rotation of the gripper.
         #[serde(default, skip_serializing_if = "is_default")]
         pub file: PathBuf,
         /// Columns of the recording by name or number, where the header has other names or is missing.
@@ -59,6 +62,10 @@ table! {
         /// Time on the recording's own clock, in its unit, at which the simulation starts; default 0.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         pub time_zero: Option<f64>,
+        /// The recording has position and rotation of the gripper of a clamped end, which this table relates to the
+        /// rod.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        pub pose: Option<GripperPose<D>> = TABLE,
         /// The recording, once it is read.
         #[serde(skip)]
         pub track: Option<Arc<Track>>,
@@ -105,18 +112,26 @@ impl<D: Scalar> Motion<D> {
             file: self.file.clone(),
             columns: self.columns.clone(),
             time_zero: self.time_zero,
+            pose: self.pose.as_ref().map(|pose| pose.map(convert)),
             track: self.track.clone(),
         }
     }
 
     /// Displacement since t = 0 of the first marker of the recording, m, in world axes. `None` without a recording that
-    /// has been read, or without markers, and in the search for an equilibrium.
+    /// has been read, or without markers, in the search for an equilibrium, and of a recorded pose.
     pub(crate) fn recorded_displacement(&self, at: MotionTime<D>) -> Option<[D; 3]> {
-        let [marker, ..] = self.track.as_ref()?.markers() else { return None };
+        let track = self.track.as_ref().filter(|_| self.pose.is_none())?;
+        let [marker, ..] = track.markers() else { return None };
         let MotionTime::Time(time) = at else { return None };
         // The origin of the recording is arbitrary: only the change since t = 0 moves the end.
         let (start, now) = (marker.at(0.0), marker.at(time));
         Some(std::array::from_fn(|c| now[c] - start[c]))
+    }
+
+    /// Position and orientation of the end at a time, s, by the recorded pose of its gripper. `None` without `pose`,
+    /// and before the recording is read.
+    pub(crate) fn end_pose(&self, time: D) -> Option<EndPose<D>> {
+        self.pose.as_ref()?.end_pose(self.track.as_ref()?, time)
     }
 
     /// Factor on displacement, rotation and twist. At a time t, s, it is 1 without ramp and frequency, and `sin(2 pi f
@@ -146,19 +161,26 @@ impl<D: Scalar> Motion<D> {
 
 impl Motion {
     /// Reads the recording of one point from its file, relative to `folder`, unless there is a track already. A track
-    /// that has not been examined is replaced by a copy with its defects (missing frames, jumps) and bandwidth. No
-    /// effect without file and track. An error for a file that cannot be read, or that has several points.
+    /// that has not been examined is replaced by a copy with its defects (missing frames, jumps) and bandwidth. With
+    /// `pose` the recording is one of a gripper. No effect without file and track. An error for a file that cannot be
+    /// read, or that has several points.
     pub(super) fn read(&mut self, folder: &Path) -> Result<(), Error> {
         let track = match self.track.take() {
             Some(track) => track,
             None if is_default(&self.file) => return Ok(()),
             None => {
                 let file = marker_files::file::at(folder, &self.file);
-                Track::read_point(&file, self.time_zero, self.columns.as_ref())?.into()
+                let columns = self.columns.as_ref();
+                let track = match self.pose {
+                    Some(_) => Track::read_poses(&file, self.time_zero, columns, self.end),
+                    None => Track::read_point(&file, self.time_zero, columns),
+                };
+                track?.into()
             }
         };
+        let driving: &[usize] = if self.pose.is_some() { &[0, 1, 2] } else { &[0] };
         let unguarded =
-            (!track.is_examined()).then(|| Track::clone(&track).with_motion_defects(&[0]));
+            (!track.is_examined()).then(|| Track::clone(&track).with_motion_defects(driving));
         self.track = Some(unguarded.map_or(track, Arc::new));
         Ok(())
     }
@@ -171,8 +193,9 @@ impl Motion {
 
     /// Rejects ramp beside frequency, a start time that is not finite, and a start time or columns without a file. Also
     /// rejects motions that the `support` of the end does not allow. Clamped ends may have any motion, pinned ones no
-    /// rotation and twist, recorded ones a constant twist only; free ones and rollers have none. `key` is the path of
-    /// the motion, for the error. Displacement, rotation, twist, ramp and frequency are not checked.
+    /// rotation and twist, recorded ones a constant twist only; free ones and rollers have none. A recorded pose needs
+    /// a clamped end and a recording. `key` is the path of the motion, for the error. Displacement, rotation, twist,
+    /// ramp and frequency are not checked.
     pub(super) fn check(&self, key: &str, support: Support) -> Result<(), Error> {
         let invalid = |name: &str, found: &dyn ToString, allowed: &str| {
             Err(Error::invalid(format!("{key}.{name}"), found.to_string(), allowed))
@@ -191,6 +214,22 @@ impl Motion {
         }
         if self.ramp.is_some() && self.frequency.is_some() {
             return invalid("frequency", &"both ramp and frequency", "one of the two");
+        }
+        if let Some(pose) = &self.pose {
+            pose.check(&format!("{key}.pose"))?;
+            if support != Support::Clamped {
+                let found = "a recorded pose of an end that is not clamped";
+                return invalid(
+                    "pose",
+                    &found,
+                    "start or end = \"clamped\" for an end with a recorded pose",
+                );
+            }
+            let points = self.track.as_ref().map(|track| track.markers().len());
+            if points.map_or(is_default(&self.file), |points| points != 3) {
+                let allowed = "with the file of a recording of position and rotation";
+                return invalid("pose", &"no recording of a pose", allowed);
+            }
         }
         // A recording prescribes all of an end but its rotation about the rod.
         let twist_alone = Self { twist: self.twist, end: self.end, ..Self::default() };

@@ -3,8 +3,8 @@
 //! `unsupported_by` compares a scene with the [`Traits`] of a scheme. Output is a list of terms, each with its key, its
 //! found value, and text with the schemes that support it; it is empty if the scheme supports the scene. Order: the
 //! first Kelvin-Voigt time above zero, internal friction, Maxwell branches, drag, contacts (one term), friction or
-//! damping of each contact, the first moved obstacle, and moving supports. Then follow the first signal with kinks or jumps that is used, the
-//! first actuator with a signal, and the first follower load with a signal.
+//! damping of each contact, the first moved obstacle, and moving supports. Then follow the first signal with kinks or
+//! jumps that is used, the first actuator with a signal, and the first follower load with a signal.
 
 use crate::scene::Scene;
 use crate::scene::scheme::{Scheme, Traits};
@@ -19,7 +19,8 @@ impl Scene {
     /// Terms of the scene that a scheme does not support, each with key, found value and the schemes that support it;
     /// empty if it supports all. Order: the first Kelvin-Voigt time above zero, internal friction, Maxwell branches,
     /// drag, contacts (one term), friction or damping of each contact, the first moved obstacle, and moving supports.
-    /// Then follow the first used signal that is not smooth, the first actuator with a signal, and the first follower load with a signal.
+    /// Then follow the first used signal that is not smooth, the first actuator with a signal, and the first follower
+    /// load with a signal.
     pub(super) fn unsupported_by(&self, scheme: Scheme) -> Vec<UnsupportedTerm> {
         let (damping, traits) = (&self.loads.damping, scheme.traits());
         let mut unsupported = Vec::new();

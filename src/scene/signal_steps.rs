@@ -1,9 +1,9 @@
 //! Time steps and warnings of a scene by the motions of its supports and obstacles and the signals of its loads and
 //! actuators.
 //!
-//! A step is compared with ramps, periods and recordings of supports and obstacles, periods of sine signals and the bandwidth of
-//! samples. Pulses count if their load follows the rod or has a moment, or if they control an actuator. Only signals
-//! that a load or an actuator names count (`used_signals`).
+//! A step is compared with ramps, periods and recordings of supports and obstacles, periods of sine signals and the
+//! bandwidth of samples. Pulses count if their load follows the rod or has a moment, or if they control an actuator.
+//! Only signals that a load or an actuator names count (`used_signals`).
 //!
 //! `check_step` rejects a step, s, that does not resolve these motions, and `motion_step_warnings` warns of one that
 //! resolves them poorly, by the limits of the module `motion_rate`. `largest_good_step` is the largest one, s, without

@@ -6,9 +6,9 @@
 //! `supports.path`.
 //!
 //! `check` rejects two rollers, a compliance without a clamp, recorded ends without a recording, and motions that an
-//! end cannot have. `check_start` rejects an end that starts displaced, `check_end` a simulation beyond the end of a
-//! recording. `cut_edges` is true if half an edge beside a held end does not bend, `turns_freely` if an end rotates
-//! freely about the rod.
+//! end cannot have, and recorded poses beside recorded markers. `check_start` rejects an end that starts displaced,
+//! `check_end` a simulation beyond the end of a recording. `cut_edges` is true if half an edge beside a held end does
+//! not bend, `turns_freely` if an end rotates freely about the rod.
 
 use crate::code::Code;
 use crate::error::Error;
@@ -127,6 +127,21 @@ impl<D> Supports<D> {
         turns.map(|motion| (motion.end, &motion.twist))
     }
 
+    /// The end whose gripper places the whole rod in the world at t = 0: one with a recorded pose if the other end is
+    /// free or has one too, the start if both have one. None otherwise: then the rest shape has its own place.
+    pub(crate) fn placing_end(&self) -> Option<End> {
+        let has_pose =
+            |end: End| self.motion.iter().any(|own| own.end == end && own.pose.is_some());
+        let places = |end: End, other: End| {
+            has_pose(end) && (self.at(other) == Support::Free || has_pose(other))
+        };
+        match (places(End::Start, End::End), places(End::End, End::Start)) {
+            (true, _) => Some(End::Start),
+            (false, true) => Some(End::End),
+            (false, false) => None,
+        }
+    }
+
     /// Whether the end is listed in `supports.path.free_twist`, so that it rotates freely about the rod. False without
     /// `supports.path`.
     pub(crate) fn turns_freely(&self, end: End) -> bool {
@@ -157,8 +172,17 @@ impl Supports {
     }
 
     /// Rejects the first motion of an end that is not recorded, also of size zero, without ramp, frequency and
-    /// recording. It displaces the end from the beginning, which only an initial equilibrium allows.
+    /// recording. It displaces the end from the beginning, which only an initial equilibrium allows. Rejects a recorded
+    /// pose of an end beside a support of the other end, where the rest shape in general does not fit.
     pub(crate) fn check_start(&self) -> Result<(), Error> {
+        let posed = |motion: &Motion| motion.pose.is_some();
+        if let Some(i) = self.motion.iter().position(posed)
+            && [self.start, self.end].iter().all(|support| *support != Support::Free)
+        {
+            let found = "a recorded pose of an end of a rod whose other end is held";
+            let allowed = "initial.state = \"equilibrium\"";
+            return Err(Error::invalid(format!("supports.motion[{i}].pose"), found, allowed));
+        }
         // A recorded end begins where the recording does.
         let away = |motion: &Motion| motion.is_offset() && self.at(motion.end) != Support::Recorded;
         match self.motion.iter().position(away) {
@@ -232,6 +256,9 @@ impl Supports {
         for (i, motion) in self.motion.iter().enumerate() {
             let key = format!("supports.motion[{i}]");
             motion.check(&key, self.at(motion.end))?;
+            if motion.pose.is_some() {
+                self.check_pose(&key, i)?;
+            }
             // A single held marker prescribes a position, and no edge that could turn.
             let held = self.path.as_ref().map_or(0, |path| path.held);
             // A free twist cannot be prescribed as well.
@@ -247,5 +274,22 @@ impl Supports {
             }
         }
         Ok(())
+    }
+    /// Rejects a second recorded pose of one end, and one beside `supports.path`. `key` is the path of the motion `i`,
+    /// which has a pose.
+    fn check_pose(&self, key: &str, i: usize) -> Result<(), Error> {
+        let is_same = |motion: &Motion| motion.end == self.motion[i].end && motion.pose.is_some();
+        if self.motion[..i].iter().any(is_same) {
+            let allowed = "one recorded pose for each end";
+            return Err(Error::invalid(format!("{key}.pose"), "a second one of that end", allowed));
+        }
+        match self.path {
+            Some(_) => {
+                let found = "a recorded pose beside supports.path";
+                let allowed = "one of the two: recorded poses of clamped ends, or recorded markers";
+                Err(Error::invalid(format!("{key}.pose"), found, allowed))
+            }
+            None => Ok(()),
+        }
     }
 }

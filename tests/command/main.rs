@@ -31,6 +31,7 @@ mod outputs;
 mod page_structure;
 mod plausibility;
 mod predictions;
+mod recorded_poses;
 mod recorded_walls;
 mod recordings;
 mod refusals;

@@ -5,6 +5,7 @@
 pub mod differences;
 pub mod fits;
 pub mod formats;
+pub mod poses;
 pub mod recordings;
 
 use rodfit::rod::Energies;

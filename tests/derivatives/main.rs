@@ -17,6 +17,7 @@ mod motion;
 mod nonlinear_bending;
 mod parameters;
 mod planar_elements;
+mod posed_ends;
 mod prescribed_motion;
 mod prony;
 mod random_scene_checks;

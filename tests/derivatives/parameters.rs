@@ -120,6 +120,14 @@ pub fn scene(seed: u64, planar: bool) -> Scene {
         };
         supports.motion.push(Motion { frequency: Some(c.near(20.0)), ..motion.clone() });
         supports.motion.push(Motion { ramp: Some(c.near(0.02)), ..motion });
+        // A gripper, which places a rod with a free end.
+        if !planar && supports.end == Support::Free {
+            let hand = crate::posed_ends::hand(0.1, 0.3);
+            let mut gripper = crate::common::poses::driven(End::Start, hand);
+            let pose = gripper.pose.as_mut().expect("a pose");
+            (pose.offset, pose.rotation) = ([0.01, -0.02, 0.03], [0.2, -0.1, 0.3]);
+            supports.motion.push(gripper);
+        }
     }
     scene.loads.gravity = c.vector(9.8, planar);
     scene.loads.damping.mass = c.of(&[0.0, 1.5]);

@@ -41,7 +41,8 @@ estimate_table estimated_weights experiment experiment_estimates experiment_form
 extrapolation faults field figure file film find_equilibrium findings finite_difference fit fit_name
 fit_pattern fit_run fit_statistics fit_summary fitted follower_load follower_loads follower_modes foot_point
 force_rates forces form former_results forward_derivatives forward_sensitivity frame frame_products frames
-free_run frequencies frequencies_form gauge gauss_newton generate geometry grade grid hash held_nodes hermite
+free_run frequencies frequencies_form gauge gauss_newton generate geometry grade grid gripper_frame
+gripper_pose hash held_nodes hermite
 hessian hints history html hyperelastic hyperelastic_stretch identifiability inertia init initial
 initial_sigmas input input_changes input_directions input_errors input_sensitivities inspect inspection
 inspection_summary job_script joined_rods joint joint_law journal known lanczos largest_step law layout ldlt
@@ -55,7 +56,7 @@ observed_information observed_nodes obstacle_motion omitted_effects one_sided_bo
 outcome outlying_experiments output overlap own page parameter parameter_form parameters part_file path pencil
 penetration per_axis perturbation phi_function place placement plan planar planar_bend planarity plane
 platform plausibility player plot_data plotted point point_acceleration point_angle point_channel point_strain
-points polyline posterior predict prediction predictor prescribed_dofs prescribed_motion prior problem
+points polyline pose_table posterior predict prediction predictor prescribed_dofs prescribed_motion prior problem
 products profile profile_likelihood pyelastica quantity quoted random_states ranking rate rates reaction
 reading record recorded recorded_ends recorded_motion recorded_point recorded_pose recorded_reactions
 recorded_start recordings reduction reference_stiffness reference_strains refined_residuals refinement

@@ -5,8 +5,8 @@
 //! the masses decreases (Armijo's condition; Nocedal and Wright 2006, Numerical Optimization, chapter 11).
 //!
 //! Input: a step, and the state before it. Output: `approach_solution` overwrites the state with iterates from constant
-//! velocities, until a full correction is below [`NEAR`] rod lengths, [`MOST_CORRECTIONS`] have been made, or no part of
-//! a correction decreases the residuals. The usual iteration continues from there. A zero pivot is an error.
+//! velocities, until a full correction is below [`NEAR`] rod lengths, [`MOST_CORRECTIONS`] have been made, or no part
+//! of a correction decreases the residuals. The usual iteration continues from there. A zero pivot is an error.
 
 use crate::dynamics::step::{Step, Work};
 use crate::dynamics::stepper::newton::Newton;

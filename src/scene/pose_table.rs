@@ -1,0 +1,184 @@
+//! Tables of the recorded position and rotation of a gripper.
+//!
+//! Input of [`Track::read_poses`]: a table of numbers with a clock, the position x, y, z, and one of three forms of the
+//! rotation from the axes of the gripper to those of the world: the quaternion `qw, qx, qy, qz`, the rotation vector
+//! `rx, ry, rz`, rad, or the unit axis `ux, uy, uz` with the `angle`, rad. Names may begin with the end of the rod, as
+//! `start_x`. Other columns are ignored. Rows before a given start time, in the unit of the file's clock, are skipped;
+//! rows with blanks only are missing frames.
+//!
+//! Output: the [`Track`] of three points of the gripper ([`gripper_frame`](crate::scene::gripper_frame)), m and s.
+//!
+//! Errors, with file and line: a rotation in no form or in several, a partly blank row, a clock that does not increase
+//! or does not start at 0, an axis whose length is not 1 within 1 %, and invalid or too distant poses of the track.
+
+use crate::error::Error;
+use crate::numerics::vector::{Vector, dot, scale};
+use crate::scene::gripper_frame::{GripperFrame, PosedFrames, check_length};
+use crate::scene::support::End;
+use crate::scene::track::{CLOCK_TOLERANCE, TIME_ZERO_REMEDY, Track, check_clock};
+use marker_files::table::{LENGTHS, TIMES, Table, TableRow};
+use marker_files::{ANGLES, ColumnRules};
+use std::path::Path;
+
+/// Columns of the rotation in a table, with the factors of their units.
+enum RotationColumns {
+    Quaternion([usize; 4]),
+    Vector { columns: [usize; 3], factors: [f64; 3] },
+    AxisAngle { axis: [usize; 3], angle: usize, factor: f64 },
+}
+
+/// Columns of a table of poses, with the factors of the units of clock and position.
+struct PoseColumns {
+    clock: usize,
+    clock_unit: f64,
+    position: [usize; 3],
+    position_units: [f64; 3],
+    rotation: RotationColumns,
+}
+
+impl Track {
+    /// Reads the motion of a gripper from the table of numbers at `path`. `columns` states the columns of the clock,
+    /// the position and the rotation, if the header has other names. Names may begin with `end`. Rows before
+    /// `time_zero`, on the file's clock and in its unit, are skipped, and times count from there; 0 if absent.
+    ///
+    /// # Errors
+    /// A file that cannot be read or is no table, and those of the module's header, with the line.
+    pub fn read_poses(
+        path: &Path,
+        time_zero: Option<f64>,
+        columns: Option<&ColumnRules>,
+        end: End,
+    ) -> Result<Self, Error> {
+        let bytes = marker_files::file::data(path)?;
+        let table = Table::of_columns(path, &bytes, columns)?;
+        let columns = PoseColumns::find(&table, end)?;
+        let (mut times, mut frames) = (Vec::<f64>::new(), PosedFrames::default());
+        for row in &table.rows {
+            let in_row = |message: String| Error::from(table.error(row.line, &message));
+            let blank = || in_row("found a blank time, allowed: a number".into());
+            let clock = row.values[columns.clock].ok_or_else(blank)?;
+            let time = (clock - time_zero.unwrap_or(0.0)) * columns.clock_unit;
+            if time_zero.is_some() && time < -CLOCK_TOLERANCE {
+                continue;
+            }
+            match times.last() {
+                None => check_clock(time, TIME_ZERO_REMEDY).map_err(in_row)?,
+                Some(before) if time <= *before => {
+                    let message = format!("t = {time} s after {before} s, allowed: increasing");
+                    return Err(in_row(message));
+                }
+                Some(_) => {}
+            }
+            let pose = columns.pose(&table, row).map_err(in_row)?;
+            frames.push(pose).map_err(in_row)?;
+            times.push(time);
+        }
+        Ok(frames.into_track(times).map_err(|message| table.error(1, &message))?)
+    }
+}
+
+impl PoseColumns {
+    /// The columns of a table. Names with the prefix of the `end` are preferred. An error for a missing clock or
+    /// position, for rotations in no form or in several, and for unknown units.
+    fn find(table: &Table, end: End) -> Result<Self, Error> {
+        let prefix = match end {
+            End::Start => "start_",
+            End::End => "end_",
+        };
+        let column =
+            |name: &str| table.find(&format!("{prefix}{name}")).or_else(|| table.find(name));
+        let clock = match table.find("t").or_else(|| table.find("time")) {
+            Some(clock) => clock,
+            None => table.require("t")?,
+        };
+        let missing = |allowed: &str| {
+            let found = table.columns_found();
+            table.error(1, &format!("found the columns {found}, allowed: {allowed}"))
+        };
+        let [Some(x), Some(y), Some(z)] = ["x", "y", "z"].map(column) else {
+            return Err(missing("t and x, y, z of the position, or the key columns").into());
+        };
+        let quaternion = ["qw", "qx", "qy", "qz"].map(column);
+        let vector = ["rx", "ry", "rz"].map(column);
+        let axis = ["ux", "uy", "uz", "angle"].map(column);
+        let forms = [&quaternion[..], &vector, &axis];
+        let begun = forms.map(|form| form.iter().any(Option::is_some));
+        let whole = forms.map(|form| form.iter().all(Option::is_some));
+        if begun.iter().filter(|is_begun| **is_begun).count() != 1 || begun != whole {
+            let allowed =
+                "one form of the rotation: qw, qx, qy, qz, or rx, ry, rz, or ux, uy, uz, angle";
+            return Err(missing(allowed).into());
+        }
+        let angle = |column: usize| table.factor(column, &ANGLES, "");
+        let rotation = match (quaternion, vector, axis) {
+            ([Some(w), Some(x), Some(y), Some(z)], ..) => RotationColumns::Quaternion([w, x, y, z]),
+            (_, [Some(x), Some(y), Some(z)], _) => RotationColumns::Vector {
+                columns: [x, y, z],
+                factors: [angle(x)?, angle(y)?, angle(z)?],
+            },
+            (.., [Some(x), Some(y), Some(z), Some(turn)]) => {
+                RotationColumns::AxisAngle { axis: [x, y, z], angle: turn, factor: angle(turn)? }
+            }
+            _ => return Err(missing("a rotation").into()),
+        };
+        let length = |column: usize| table.factor(column, &LENGTHS, "");
+        Ok(Self {
+            clock,
+            clock_unit: table.factor(clock, &TIMES, "")?,
+            position: [x, y, z],
+            position_units: [length(x)?, length(y)?, length(z)?],
+            rotation,
+        })
+    }
+
+    /// The pose in a row; none if all of its fields are blank. A message for a row that is blank in part, and for an
+    /// axis whose length is not 1.
+    fn pose(&self, table: &Table, row: &TableRow) -> Result<Option<GripperFrame>, String> {
+        let rotation = match &self.rotation {
+            RotationColumns::Quaternion(columns) => columns.to_vec(),
+            RotationColumns::Vector { columns, .. } => columns.to_vec(),
+            RotationColumns::AxisAngle { axis, angle, .. } => [&axis[..], &[*angle]].concat(),
+        };
+        let own = [&self.position[..], &rotation].concat();
+        if own.iter().all(|column| row.values[*column].is_none()) {
+            return Ok(None);
+        }
+        let value = |column: usize| {
+            row.values[column].ok_or_else(|| {
+                let name = &table.columns[column].0;
+                format!("found a pose without `{name}`, allowed: all of its numbers, or none")
+            })
+        };
+        let mut position = [0.0; 3];
+        for (c, x) in position.iter_mut().enumerate() {
+            *x = value(self.position[c])? * self.position_units[c];
+        }
+        let quaternion = match &self.rotation {
+            RotationColumns::Quaternion([w, x, y, z]) => {
+                [value(*w)?, value(*x)?, value(*y)?, value(*z)?]
+            }
+            RotationColumns::Vector { columns, factors } => {
+                let mut vector = [0.0; 3];
+                for (c, r) in vector.iter_mut().enumerate() {
+                    *r = value(columns[c])? * factors[c];
+                }
+                let angle = dot(vector, vector).sqrt();
+                let axis = if angle == 0.0 { vector } else { scale(vector, angle.recip()) };
+                quaternion_about(axis, angle)
+            }
+            RotationColumns::AxisAngle { axis: [x, y, z], angle, factor } => {
+                let axis = [value(*x)?, value(*y)?, value(*z)?];
+                let length = check_length("rotation axis", &axis)?;
+                quaternion_about(scale(axis, length.recip()), value(*angle)? * factor)
+            }
+        };
+        Ok(Some(GripperFrame { position, quaternion }))
+    }
+}
+
+/// Quaternion `[w, x, y, z]` of the rotation by an angle, rad, about a unit axis.
+fn quaternion_about(axis: Vector<f64>, angle: f64) -> [f64; 4] {
+    let (sine, cosine) = (0.5 * angle).sin_cos();
+    let [x, y, z] = scale(axis, sine);
+    [cosine, x, y, z]
+}
