@@ -80,6 +80,7 @@ impl<D: Scalar> ObstacleMotion<D> {
             file: self.file.clone(),
             columns: self.columns.clone(),
             time_zero: self.time_zero,
+            pose: None,
             track: self.track.clone(),
         }
     }
