@@ -2,7 +2,7 @@
 //!
 //! Input: the [`Track`] of the gripper, with its origin and two points on its first two axes (made by
 //! [`Track::of_poses`]), and a time, s. Output of `end_pose`: position, m, of the support point of the rod and the
-//! directions of tangent and directors there, in world axes ([`EndPose`]). With the position p and the rotation R of
+//! directions of tangent and directors there, in world axes (`EndPose`). With the position p and the rotation R of
 //! the gripper they are
 //!
 //! ```text

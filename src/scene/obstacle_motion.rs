@@ -9,8 +9,8 @@
 //! ```
 //!
 //! It is zero at t = 0. `support_motion` returns displacement and recording as the motion of a support, of which a
-//! [`ObstaclePath`] computes displacements and velocities (m/s) over any number type, along given axes. `check` rejects
-//! a displacement without ramp and frequency, and what [`Motion::check`] rejects; `read` reads the recording.
+//! `ObstaclePath` computes displacements and velocities (m/s) over any number type, along given axes. `check` rejects
+//! a displacement without ramp and frequency, and what `Motion::check` rejects; `read` reads the recording.
 
 use crate::error::Error;
 use crate::numerics::scalar::{RodScalar, Scalar};
