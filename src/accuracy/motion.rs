@@ -553,7 +553,8 @@ impl<'a> MotionSearch<'a> {
         let errors = self.errors();
         let is_known = self.is_estimated();
         let free = if is_final { Free { mesh: false, step: false } } else { self.estimated() };
-        let basis = Basis {
+        let ran = trial.numerics;
+        let mut basis = Basis {
             trial_work: self.trials.expected_work(trial.numerics),
             trial,
             errors,
@@ -567,6 +568,9 @@ impl<'a> MotionSearch<'a> {
         // Cheapest refinement of the last trial run that reaches the target by extrapolation.
         let finer = basis.refinement();
         let (numerics, step) = self.numerics(&basis, finer)?;
+        // Given numbers that replace those of an earlier run have no estimate.
+        let is_known = is_known && (!is_final || numerics == ran);
+        basis.is_known = is_known;
         let error = is_known.then(|| errors.after(finer));
         let given = self.given_segments.is_some() || self.given_steps.is_some();
         let too_large = error.is_none_or(|error| error > self.scene.asked());

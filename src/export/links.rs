@@ -10,7 +10,7 @@
 //! is the largest axial strain by the weight, which rigid links leave out. Error: point masses outside the rod.
 
 use crate::energy::frame::{EdgeFrame, Frames};
-use crate::error::Error;
+use crate::error::{Error, GIVEN_AS_TEXT};
 use crate::numerics::vector::{Vector, cross, dot, scale, sub, unit};
 use crate::problem::model::{first_director, tilted};
 use crate::problem::{Problem, SectionProfile, nodal_masses};
@@ -160,7 +160,8 @@ impl RodChain {
 /// The name of the scene file without folder and ending, in which all characters but ASCII letters, digits, `_` and `-`
 /// are replaced by `_`; `rod` without a file.
 fn name_of(scene: &Scene) -> String {
-    let stem = scene.path.as_deref().and_then(|path| path.file_stem());
+    let path = scene.path.as_deref().filter(|path| !path.ends_with(GIVEN_AS_TEXT));
+    let stem = path.and_then(|path| path.file_stem());
     let name = stem.map_or_else(|| "rod".into(), |stem| stem.to_string_lossy().into_owned());
     name.chars().map(|c| if c.is_ascii_alphanumeric() || c == '-' { c } else { '_' }).collect()
 }

@@ -16,7 +16,7 @@
 //! Rows of one shape or one load-deflection curve are compared with each other too ([`repeated_rows`]). They are
 //! duplicates if at least [`EQUAL`] of the rows at the point (or the load) of an earlier row have its values, bit by
 //! bit, with at least [`FEWEST_OF_A_LIST`] distinct values. Repeated measurements have different values, unless the
-//! last decimal is coarser than [`FINE`] of the range; then nothing is compared.
+//! last decimal is coarser than [`FINE_OF_A_LIST`] of the range; then nothing is compared.
 
 use crate::error::Error;
 use crate::fit::measurement::Measurement;
@@ -296,14 +296,17 @@ fn table_rows(measurement: &Measurement) -> Vec<TableRow> {
 
 /// The number of rows that repeat an earlier row of the same measurement, whose coordinates are the `records`. `None`
 /// if fewer than [`EQUAL`] of the rows at the point or load of an earlier one are equal to one there, or if fewer than
-/// [`FEWEST_OF_A_LIST`] distinct values are. `None` too if the last decimal of all coordinates is coarser than [`FINE`]
-/// of the largest range: readings of a ruler repeat.
+/// [`FEWEST_OF_A_LIST`] distinct values are. `None` too if the last decimal of all coordinates is coarser than
+/// [`FINE_OF_A_LIST`] of the largest range: readings of a ruler repeat.
 fn repeated_rows(measurement: &Measurement, records: &[CoordinateRecord]) -> Option<usize> {
     let rows = table_rows(measurement);
     let range = records.iter().map(CoordinateRecord::range).fold(0.0, f64::max);
-    if rows.is_empty() || records.iter().all(|own| 2.0 * rounding(&own.values) > FINE * range) {
+    if rows.is_empty()
+        || records.iter().all(|own| 2.0 * rounding(&own.values) > FINE_OF_A_LIST * range)
+    {
         return None;
     }
+    let count = rows.len();
     let (mut places, mut seen, mut distinct) = (HashSet::new(), HashSet::new(), HashSet::new());
     let (mut common, mut equal) = (0_usize, 0_usize);
     for TableRow { at, values } in rows {
@@ -315,6 +318,9 @@ fn repeated_rows(measurement: &Measurement, records: &[CoordinateRecord]) -> Opt
             distinct.insert(values);
         }
     }
+    // Positions without arc lengths are points of a line, which may cross itself: copies are a large part of them.
+    let is_line = measurement.shape().is_some_and(|shape| shape.arc_lengths_fitted);
+    let common = if is_line { common.max(count / 3) } else { common };
     let is_copy = equal as f64 >= EQUAL * common as f64 && distinct.len() >= FEWEST_OF_A_LIST;
     is_copy.then_some(equal)
 }

@@ -55,6 +55,7 @@ pub(crate) const SCENE: FileKind = FileKind {
         "signals",
         "actuation",
         "contacts",
+        "contacts.motion",
     ],
 };
 

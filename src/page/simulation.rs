@@ -9,6 +9,7 @@
 //! figures `energy` and `tip`.
 
 use crate::dynamics::{Film, FilmSample, Frame, SimulationReport};
+use crate::error::GIVEN_AS_TEXT;
 use crate::page::card::{MessageList, card};
 use crate::page::chart::{ChartAxis, PageChart, labeled};
 use crate::page::figure::{figure, row, series_color};
@@ -205,7 +206,12 @@ pub(super) fn run_settings(
     time: Option<&Time>,
 ) -> KeyTable {
     KeyTable::default()
-        .row_if_any("scene", scene.map(|path| path.display().to_string()))
+        .row_if_any(
+            "scene",
+            scene
+                .filter(|path| !path.ends_with(GIVEN_AS_TEXT))
+                .map(|path| path.display().to_string()),
+        )
         .row("model", model)
         .row("mesh", mesh)
         .row_if_any("time step", time.map(|time| time_steps(time.step_size(), time.end)))

@@ -189,6 +189,18 @@ impl Problem {
             let found = format!("{parameter} with a bending_law");
             return Err(Error::invalid("parameter", found, "with the linear law of bending"));
         }
+        // Without ramp and frequency an obstacle has no displacement that could vary.
+        for (i, contact) in self.scene().contacts.iter().enumerate() {
+            for (k, motion) in contact.motions().iter().enumerate() {
+                let place = format!("contacts.{i}.motion.{k}.displacement.");
+                let is_constant = motion.ramp.is_none() && motion.frequency.is_none();
+                if is_constant && parameter.path().starts_with(&*place) {
+                    let found = format!("{parameter} of a motion without ramp and frequency");
+                    let allowed = "with the ramp or frequency of that motion";
+                    return Err(Error::invalid("parameter", found, allowed));
+                }
+            }
+        }
         for (k, motion) in self.scene().supports.motion.iter().enumerate() {
             let place = format!("supports.motion.{k}.");
             let Some(own) = parameter.path().strip_prefix(&*place) else { continue };

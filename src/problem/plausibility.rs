@@ -118,7 +118,8 @@ impl Problem {
 
     /// Whether the file gives no gravity and nothing else moves the rod: no load, flow, support motion, recording,
     /// user-defined energy, actuator, or initial shape. Stress in the rest shape counts too, and for a motion an
-    /// initial velocity or a recorded start. False for a vertical rod and for modes, which need no load.
+    /// initial velocity, a recorded start or a moved obstacle. False for a vertical rod and for modes, which need no
+    /// load.
     fn lacks_gravity(&self, purpose: Purpose) -> bool {
         let scene = &self.scene;
         let initial = &scene.initial;
@@ -130,6 +131,7 @@ impl Problem {
         // Anything that moves the rod makes a missing gravity plausible.
         let acts = |load: &PointForce| load.force != [0.0; 3] || load.moment != [0.0; 3];
         let driven = starts
+            || (purpose == Purpose::Motion && scene.has_moved_obstacles())
             || initial.shape.is_some()
             || initial.point.iter().any(acts)
             || scene.loads.point.iter().any(acts)

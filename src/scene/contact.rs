@@ -337,6 +337,11 @@ impl Scene {
         motions.filter_map(|motion| Some((&*motion.file, &**motion.track.as_ref()?)))
     }
 
+    /// Whether an obstacle has a prescribed motion.
+    pub(crate) fn has_moved_obstacles(&self) -> bool {
+        self.contacts.iter().any(|contact| !contact.motions().is_empty())
+    }
+
     /// Rejects a simulation beyond the end of a recording that moves an obstacle ([`Track::check_end`]).
     pub(super) fn check_obstacle_recordings(&self, time: &Time) -> Result<(), Error> {
         self.obstacle_recordings().try_for_each(|(file, track)| track.check_end(file, time))

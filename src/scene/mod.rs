@@ -170,7 +170,7 @@ table! {
         /// Actuators in the rod.
         #[serde(default, skip_serializing_if = "Vec::is_empty")]
         pub actuation: Vec<Actuation<D>> = TABLE,
-        /// Obstacles, fixed in space, that the rod touches.
+        /// Obstacles that the rod touches, fixed or moved.
         #[serde(default, skip_serializing_if = "Vec::is_empty")]
         pub contacts: Vec<Contact<D>> = TABLE,
         /// Initial state of the rod at t = 0.

@@ -66,7 +66,10 @@ pub fn extended_fit(
     if is_compared && !others.is_empty() {
         terminal::print_note(format_args!(
             "fits are compared by their residuals in {}; those in {} are left out of the comparison",
-            compared_unit(&first),
+            match compared_unit(&first) {
+                "" => "no unit",
+                unit => unit,
+            },
             others.join(", ")
         ));
     }

@@ -28,8 +28,9 @@ use crate::fit::misfit::ar1::usual_spacing;
 use crate::fit::uncertainty::covariance::gauss_newton::Covariance;
 use crate::fit::unknown::{ParameterPoint, Unknown};
 use crate::numerics::total_order;
-use crate::scene::Point;
+use crate::scene::{Contact, Point};
 use std::ops::Range;
+use std::path::Path;
 
 /// Number of candidate positions of a marker, at equal parts of the length of the rod. Larger: finer choices and more
 /// rows.
@@ -435,10 +436,12 @@ fn additional_frames(
     // Later frames continue the planned spacing; frames between are those of multiples of the planned rate.
     let mut all = Vec::new();
     let last = observation.samples.last().map_or(0.0, |s| s.time);
-    let supports = &experiment.problem.scene().supports;
-    let is_prescribed =
-        supports.path.is_some() || supports.motion.iter().any(|m| !m.file.as_os_str().is_empty());
-    // Supports that follow a file have no motion after its end.
+    let scene = experiment.problem.scene();
+    let is_recorded = |file: &Path| !file.as_os_str().is_empty();
+    let is_prescribed = scene.supports.path.is_some()
+        || scene.supports.motion.iter().any(|m| is_recorded(&m.file))
+        || scene.contacts.iter().flat_map(Contact::motions).any(|m| is_recorded(&m.file));
+    // Supports and obstacles that follow a file have no motion after its end.
     if !is_prescribed {
         let frames = ((LONGER - 1.0) * experiment.duration() / spacing * ROUNDING).floor();
         let after = (1..=frames as usize).map(|k| last + k as f64 * spacing);

@@ -284,12 +284,13 @@ impl<'a> Release<'a> {
 
     /// The warning text that the recording began before the release of the rod: the point rests until the onset of
     /// motion, after the scene's t = 0. The onset is the sample nearest to the change point of the recorded positions.
-    /// `None` if it is not after zero, no change point is found, or ends move. `label` names the measurement. The text
-    /// has the correction of `time_zero`.
+    /// `None` if it is not after zero, no change point is found, or ends or obstacles move. `label` names the
+    /// measurement. The text has the correction of `time_zero`.
     fn check_release_time(&self, label: &str) -> Option<String> {
         let samples = &self.observation.samples;
-        // Ends that move may leave the point at rest for a while.
-        if self.experiment.problem.scene().supports.move_ends() {
+        // Ends and obstacles that move may leave the point at rest for a while.
+        let scene = self.experiment.problem.scene();
+        if scene.supports.move_ends() || scene.has_moved_obstacles() {
             return None;
         }
         let times: Vec<f64> = samples.iter().map(|s| s.time).collect();
@@ -423,6 +424,7 @@ impl<'a> Release<'a> {
         let other_drives = scene.loads.have_forces()
             || scene.loads.drag.is_some()
             || scene.supports.move_ends()
+            || !scene.contacts.is_empty()
             || scene.initial.moves();
         if g == 0.0 || !swings || other_drives || across.abs() > LARGEST_SLOPE {
             return None;

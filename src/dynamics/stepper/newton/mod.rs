@@ -332,8 +332,10 @@ impl<D: RodScalar, R: Rod<D>> Newton<D, R> {
             solved = self.solve_to_rounding(step, before, state, work);
         }
         if solved.is_err() && step.system.rod.has_contact_losses() {
-            self.approach_solution(step, before, state, work)?;
-            solved = self.solve_to_rounding(step, before, state, work);
+            // Without progress the first error stays.
+            if self.approach_solution(step, before, state, work).is_ok() {
+                solved = self.solve_to_rounding(step, before, state, work);
+            }
         }
         solved
     }

@@ -198,15 +198,19 @@ fn parameter_chain(
 /// are clamped to a bound would have a probability there.
 fn corrected_draw(x: f64, correction: f64, [low, high]: [f64; 2]) -> f64 {
     let moved = x + correction;
-    let reflected = if moved > high {
-        2.0 * high - moved
-    } else if moved < low {
-        2.0 * low - moved
-    } else {
-        moved
-    };
-    // A correction of more than the range is reflected at one bound only.
-    reflected.clamp(low, high)
+    let width = high - low;
+    if moved >= low && moved <= high {
+        return moved;
+    }
+    if width.is_infinite() {
+        return if moved > high { 2.0 * high - moved } else { 2.0 * low - moved };
+    }
+    if width <= 0.0 {
+        return low;
+    }
+    // Several reflections where the correction exceeds the range.
+    let phase = (moved - low).rem_euclid(2.0 * width);
+    low + phase.min(2.0 * width - phase)
 }
 
 /// The result for parameter `i` from all draws; none if they do not differ.
@@ -280,7 +284,7 @@ mod tests {
         let corrected = |x, correction| corrected_draw(x, correction, bounds);
         assert_eq!([corrected(2.875, 0.25), corrected(2.75, 0.5)], [2.875, 2.75]);
         assert_eq!([corrected(1.125, -0.25), corrected(1.5, 0.25)], [1.125, 1.75]);
-        assert_eq!([corrected(1.5, 0.0), corrected(1.5, 9.0)], [1.5, 1.0]);
+        assert_eq!([corrected(1.5, 0.0), corrected(1.5, 9.0)], [1.5, 2.5]);
         assert_eq!(corrected_draw(2.0, 1.0, [f64::NEG_INFINITY, f64::INFINITY]), 3.0);
     }
 }
