@@ -59,7 +59,9 @@
 
 use crate::energy::frame::{EdgeFrame, transported_twist};
 pub use crate::energy::joint::EdgeState;
-use crate::energy::joint::{DirectedEdge, EdgeSum, Joint, JointGradient, JointTangent, between};
+use crate::energy::joint::{
+    DirectedEdge, EdgeSum, JointGradient, JointStrains, JointTangent, between,
+};
 use crate::energy::law::Law;
 pub use crate::energy::law::Stiffness;
 use crate::energy::law::Symmetric;
@@ -128,7 +130,7 @@ impl<D: Scalar> JointLaw<D> {
 
     /// First derivatives of the energy, N m, by `p`, `q` and `h` of the edges `e` and `f`, with the total `twist`, rad.
     /// `p` and `q` are rotations of the tangent towards both directors, `h` is the rotation about it, rad. See
-    /// [`Joint`].
+    /// [`JointStrains`].
     #[inline(always)]
     pub(crate) fn pull(
         &self,
@@ -136,7 +138,7 @@ impl<D: Scalar> JointLaw<D> {
         f: &DirectedEdge<D>,
         twist: D,
     ) -> JointGradient<D> {
-        let joint = Joint::new(e, f, twist);
+        let joint = JointStrains::new(e, f, twist);
         joint.pull(e, f, &self.stress(&joint.strains))
     }
 }
@@ -226,7 +228,7 @@ struct JointState<D> {
     /// The second edge.
     f: EdgeState<D>,
     /// The joint between them.
-    joint: Joint<D>,
+    joint: JointStrains<D>,
 }
 
 impl<D: Scalar> BendTwist<D> {
@@ -242,12 +244,12 @@ impl<D: Scalar> BendTwist<D> {
     /// The joint of two edges whose angles differ by `turn`, rad. Its twist is `turn` plus the reference twist, moved
     /// to the present tangents.
     #[inline(always)]
-    pub(crate) fn joint(&self, e: &EdgeState<D>, f: &EdgeState<D>, turn: D) -> Joint<D> {
+    pub(crate) fn joint(&self, e: &EdgeState<D>, f: &EdgeState<D>, turn: D) -> JointStrains<D> {
         // The reference twist belongs to the reference tangents; transport to the present ones
         // changes it by an area on the sphere.
         let from = [self.frames[0].tangent, self.frames[1].tangent];
         let transported = transported_twist(from, [e.edge.tangent, f.edge.tangent]);
-        Joint::new(&e.edge, &f.edge, turn + (self.twist - transported))
+        JointStrains::new(&e.edge, &f.edge, turn + (self.twist - transported))
     }
 
     /// The strains `[k1, k2, tau]` at the unknowns `q`: integrated curvatures in the material frame, and the twist,

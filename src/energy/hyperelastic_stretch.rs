@@ -1,12 +1,12 @@
 //! Element for stretching of one edge by a law that is nonlinear in the strain, in the plane or in space.
 //!
-//! It is the linear element [`Stretch`] plus a [`NonlinearPart`] of the axial force, N. Both depend on the strain
-//! `eps = |e|/l - 1` of the edge vector `e`, m, with the rest length `l`, m. Input: the coordinates of both nodes, m.
+//! It is the linear element [`Stretch`] plus a [`NonlinearPart`] of the axial force, N. Both depend on the strain `eps
+//! = |e|/l - 1` of the edge vector `e`, m, with the rest length `l`, m. Input: the coordinates of both nodes, m.
 //! Energy, J, gradient, N, and Hessian, N/m, are those of an axial force that depends on the length only; without the
 //! part they are those of [`Stretch`]. The dynamics evaluate both terms apart, so that rods with a linear law have no
 //! cost: [`nonlinear_gradient`] and [`nonlinear_derivatives`] return the derivatives of the part alone by the edge
-//! vector. `under` is the change of the Hessian where a given tension replaces the force. Checks and num-dual take this
-//! element.
+//! vector. `geometric_stiffness_change` is the change of the Hessian where a given tension replaces the force. Checks
+//! and num-dual take this element.
 
 use crate::energy::law::NonlinearPart;
 use crate::energy::stretch::{
@@ -51,7 +51,7 @@ impl<D: Scalar, const M: usize> HyperelasticStretch<D, M> {
 
     /// The change of the Hessian by the edge vector `e`, m, where `tension`, N, replaces the axial force `F` in the
     /// geometric stiffness: `(T - F)/|e| (I - t t')`.
-    pub(crate) fn under(&self, e: &[D; M], tension: D) -> [[D; M]; M] {
+    pub(crate) fn geometric_stiffness_change(&self, e: &[D; M], tension: D) -> [[D; M]; M] {
         let squared = squared(e);
         let length = squared.sqrt();
         let [force, _] = self.tension(squared, length);

@@ -26,11 +26,12 @@
 //!
 //! [`EdgeState::gradient`] and [`EdgeState::derivatives`] convert them to derivatives by an edge's vector (m) and angle
 //! (rad), once for the sum of the edge's two joints. They add those of an axial force; [`between`] converts the block
-//! of two edges. [`Joint::slopes`] returns the table above, `Joint::pull` the first derivatives of the energy by `p`,
-//! `q` and `h` from given stresses, `Joint::cayley_twist` the twist as a tangent. [`DirectedEdge`] is tangent,
-//! directors and inverse length of an edge: `moved` makes it from a transported frame, `across` returns the derivative
-//! by the edge vector from those by `p` and `q`. `EdgeSum::plus` adds the parts of both joints of an edge.
-//! `EdgeState::at_reference` takes the present frame as the reference, as the derivatives of the literature do.
+//! of two edges. [`JointStrains::slopes`] returns the table above, `JointStrains::pull` the first derivatives of the
+//! energy by `p`, `q` and `h` from given stresses, `JointStrains::cayley_twist` the twist as a tangent.
+//! [`DirectedEdge`] is tangent, directors and inverse length of an edge: `moved` makes it from a transported frame,
+//! `across` returns the derivative by the edge vector from those by `p` and `q`. `EdgeSum::plus` adds the parts of both
+//! joints of an edge. `EdgeState::at_reference` takes the present frame as the reference, as the derivatives of the
+//! literature do.
 //!
 //! `JointGradient` and `JointTangent` are derivatives by `p`, `q` and `h` of both edges, `EdgeSum` and `ByEdge` those
 //! by one edge before and after the conversion. `Between` are second derivatives by both edges.
@@ -297,7 +298,7 @@ fn bent<D: Scalar>(by: &[D; 3], w: &[D; 3]) -> D {
 
 /// Two edges that meet in a node: `1/chi`, `a` and `b` of the header, and the strains `[k1, k2, twist]` of their joint,
 /// rad.
-pub(crate) struct Joint<D> {
+pub(crate) struct JointStrains<D> {
     /// 1/(1 + t_e.t_f).
     inverse_chi: D,
     a: [D; 2],
@@ -319,7 +320,7 @@ pub(crate) struct JointTangent<D> {
     pub fe: [[D; 3]; 3],
 }
 
-impl<D: Scalar> Joint<D> {
+impl<D: Scalar> JointStrains<D> {
     /// The joint of the edges `e` and `f` with its strains: two curvatures from tangents and directors, and the given
     /// `twist`, rad.
     #[inline(always)]

@@ -594,7 +594,7 @@ impl<'a, M: Model> Discretized<'a, M> {
             (Support::Recorded, Some(path)) => {
                 M::STRIDE * path.held_nodes(self.nodes() - 1) - M::STRIDE.saturating_sub(3)
             }
-            (support, _) => self.model.held(support),
+            (support, _) => self.model.held_unknowns(support),
         };
         // Held unknowns are outermost on both sides: the free ones are one range.
         let start = held(End::Start).min(dof);

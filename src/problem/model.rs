@@ -186,7 +186,7 @@ pub trait Model: Sync {
     /// Number of unknowns that a support of this kind holds, counted from the end of the rod inwards. It is 0 for a
     /// free end; a clamped one holds two nodes, and in space the angle of their edge. A recorded end counts as a
     /// clamped one.
-    fn held(&self, support: Support) -> usize;
+    fn held_unknowns(&self, support: Support) -> usize;
 
     /// Components of a vector of the world in the axes of the model; the third is normal to a plane.
     fn components<D: Scalar>(&self, vector: [D; 3]) -> [D; 3];

@@ -291,7 +291,7 @@ impl Model for PlanarModel {
 
     /// Number of coordinates that a support holds, counted from the end of the rod inwards: free 0, roller 1, pinned 2,
     /// clamped 4 (two nodes). For a recorded end also 4; more held markers hold more nodes.
-    fn held(&self, support: Support) -> usize {
+    fn held_unknowns(&self, support: Support) -> usize {
         match support {
             Support::Free => 0,
             Support::Roller => 1,

@@ -229,7 +229,7 @@ impl Model for SpatialModel {
     /// Number of unknowns that a support holds, counted from the end of the rod inwards: none (free), 2 (roller), 3
     /// (pinned) or 7 (clamped). A clamp holds two nodes and the angle of their edge. A recorded end counts as a clamp,
     /// although more held markers hold more nodes.
-    fn held(&self, support: Support) -> usize {
+    fn held_unknowns(&self, support: Support) -> usize {
         match support {
             Support::Free => 0,
             Support::Roller => 2,

@@ -146,7 +146,7 @@ impl Layout<2, 1> for Plane {
             let mut own = open.plus([gx, gy], [h[2][2], h[3][2], h[3][3]]);
             if let Some(tensions) = elements.tensions {
                 // The tension replaces the axial force: the difference of both geometric stiffnesses is added.
-                let gain = element.under(&Plane::edge(q, i), tensions[i]);
+                let gain = element.geometric_stiffness_change(&Plane::edge(q, i), tensions[i]);
                 own = own.plus([zero; 2], [gain[0][0], gain[1][0], gain[1][1]]);
             }
             let mut after = [[zero; 2]; 2];

@@ -219,7 +219,7 @@ impl Layout<3, 3> for Space {
             }
             if let Some(tensions) = elements.tensions {
                 // The tension replaces the axial force: the difference of both geometric stiffnesses is added.
-                let gain = element.under(&Space::edge(q, i), tensions[i]);
+                let gain = element.geometric_stiffness_change(&Space::edge(q, i), tensions[i]);
                 (0..3).for_each(|r| (0..3).for_each(|c| own[r][c] += gain[r][c]));
             }
             let mut after = [[zero; 4]; 4];

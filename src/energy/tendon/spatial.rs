@@ -17,7 +17,7 @@ use crate::energy::bend_twist::{
     EDGE_UNKNOWNS, EdgeState, UNKNOWNS, by_edges, spread, to_edges, to_nodes,
 };
 use crate::energy::frame::EdgeFrame;
-use crate::energy::joint::Joint;
+use crate::energy::joint::JointStrains;
 use crate::energy::tendon::RoutePart;
 use crate::energy::tendon::route_length::RouteLength;
 use crate::numerics::scalar::Scalar;
@@ -27,7 +27,7 @@ use crate::numerics::vector::map_components;
 pub(crate) struct SpatialTendon<D> {
     e: EdgeState<D>,
     f: EdgeState<D>,
-    joint: Joint<D>,
+    joint: JointStrains<D>,
     tension: D,
     route: RouteLength<D>,
 }
@@ -46,7 +46,7 @@ impl<D: Scalar> SpatialTendon<D> {
         let e = EdgeState::new(&frames[0], [e0, e1, e2], te);
         let f = EdgeState::new(&frames[1], [f0, f1, f2], tf);
         // The derivatives of the joint do not depend on its own total twist.
-        let joint = Joint::new(&e.edge, &f.edge, D::from(0.0));
+        let joint = JointStrains::new(&e.edge, &f.edge, D::from(0.0));
         let [first, second, _] = joint.strains;
         let twist = joint.cayley_twist(&e.edge, &f.edge);
         let route = RouteLength::new(part, (e.length + f.length) * 0.5, [first, second], twist);

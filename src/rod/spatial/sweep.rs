@@ -14,7 +14,7 @@
 use crate::energy::Law;
 use crate::energy::bend_twist::{EdgeState, JointLaw, Stiffness};
 use crate::energy::frame::{EdgeFrame, one_plus_dot};
-use crate::energy::joint::{EdgeSum, Joint, between};
+use crate::energy::joint::{EdgeSum, JointStrains, between};
 use crate::numerics::scalar::{RodScalar, Scalar, SimdScalar};
 use crate::numerics::vector::{Vector, combine, scale, sub};
 use crate::rod::blocks::{block, tension, window};
@@ -48,7 +48,7 @@ pub struct SpatialEdgePairs<V> {
     /// The elastic laws of the joints between.
     pub(super) law: JointLaw<V>,
     /// Strains of these joints, with intermediate results for the derivatives.
-    pub(super) bent: Joint<V>,
+    pub(super) bent: JointStrains<V>,
 }
 
 /// The iterator over the edges of a rod at the unknowns `q`, one block of SIMD lanes at a time.

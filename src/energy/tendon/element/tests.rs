@@ -4,7 +4,7 @@ use crate::energy::Derivatives;
 use crate::energy::adapter::{AnyEnergy, Chart, ElementContext, EnergyOver, MOST, OwnLocal};
 use crate::energy::bend_twist::{EdgeState, to_edges};
 use crate::energy::frame::EdgeFrame;
-use crate::energy::joint::Joint;
+use crate::energy::joint::JointStrains;
 use crate::energy::tendon::RoutePart;
 use crate::energy::tendon::element::TendonElement;
 use crate::numerics::scalar::RodScalar;
@@ -102,7 +102,7 @@ impl Case {
         };
         let [e0, e1, e2, te, f0, f1, f2, tf] = to_edges(q);
         let [e, f] = [EdgeState::new(a, [e0, e1, e2], te), EdgeState::new(b, [f0, f1, f2], tf)];
-        let twist = Joint::new(&e.edge, &f.edge, 0.0).cayley_twist(&e.edge, &f.edge);
+        let twist = JointStrains::new(&e.edge, &f.edge, 0.0).cayley_twist(&e.edge, &f.edge);
         (0.5 * twist).atan().abs() > 0.5 * LARGEST_TURN.to_radians()
     }
 
