@@ -73,16 +73,11 @@ impl Scene {
     }
 
     /// Largest time step, s, for which [`motion_step_warnings`](Self::motion_step_warnings) has no warning of
-    /// `supports.motion`, obstacles and the used signals, and for which the recording of a structure has none; infinity
-    /// without any. The recording in `supports.path` is left out.
+    /// `supports.motion`, obstacles and the used signals; infinity without any. Recordings in `supports.path` and of
+    /// structures are left out.
     pub(crate) fn largest_good_step(&self) -> f64 {
-        let recorded = self
-            .structure
-            .as_ref()
-            .and_then(|structure| structure.recording.as_ref()?.good_step(&structure.supports));
         let rates = self.obstacle_rates().chain(self.signal_rates());
-        let steps = rates.map(|rate| rate.good_step()).chain(recorded);
-        steps.fold(self.supports.largest_good_step(), f64::min)
+        rates.map(|rate| rate.good_step()).fold(self.supports.largest_good_step(), f64::min)
     }
 
     /// Warnings, with codes, of defects in the recordings that move supports and obstacles, then of missing samples of
@@ -92,44 +87,5 @@ impl Scene {
         warnings.extend(self.obstacle_recording_warnings());
         warnings.extend(self.used_signals().flat_map(Signal::warnings));
         warnings
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::scene::{
-        Material, Section, Shape, StructureRecording, StructureScene, Support, Track,
-    };
-
-    /// The largest good step of a scene with a structure is that without a warning of its recording: an oscillation of
-    /// 5 Hz in 100 frames per second has a bandwidth of 5 to 10 Hz, and ten steps per period are 0.01 s to 0.02 s.
-    #[test]
-    fn recording_of_a_structure_limits_the_good_step() {
-        let text = "[[rods]]\nname = \"a\"\nsegments = 20\n\
-                    shape = { kind = \"straight\", length = 1.0, direction = [1, 0, 0] }\n\
-                    section = { kind = \"circle\", radius = 3e-3 }\n\
-                    material = { density = 1100, youngs_modulus = 2e7 }\n\
-                    [[supports]]\nof = { rod = \"a\", at = \"start\" }\nkind = \"clamped\"\n";
-        let mut structure = StructureScene::from_toml(text, ".").unwrap();
-        structure.supports[0].kind = Support::Recorded;
-        structure.supports[0].markers = vec!["m0".into(), "m1".into()];
-        let times: Vec<f64> = (0..200).map(|k| 0.01 * f64::from(k)).collect();
-        let place = |t: &f64| Some([0.01 * (10.0 * std::f64::consts::PI * t).sin(), 0.0, 0.0]);
-        let seen: Vec<_> = times.iter().map(place).collect();
-        let markers = ["m0", "m1"].map(|name| (name.to_string(), seen.clone())).to_vec();
-        let mut recording = StructureRecording::of(Track::new(times, markers).unwrap());
-        recording.examine(&structure.supports).unwrap();
-        structure.recording = Some(recording.clone());
-        let shape = Shape::Straight { length: 1.0, direction: [1.0, 0.0, 0.0] };
-        let material = Material::new(1100.0, 2e7);
-        let mut scene = Scene::new(20, shape, Section::Circle { radius: 3e-3 }, material);
-        assert_eq!(scene.largest_good_step(), f64::INFINITY);
-        scene.structure = Some(Box::new(structure.clone()));
-        let step = scene.largest_good_step();
-        // At least the 5 Hz of the oscillation; the spectrum of a finite recording is wider.
-        assert!(step > 0.01 && step <= 0.02, "{step}");
-        let has_warning = |step: f64| recording.step_warning(&structure.supports, step).is_some();
-        assert!(has_warning(1.01 * step) && !has_warning(step), "{step}");
     }
 }

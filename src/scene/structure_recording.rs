@@ -7,9 +7,8 @@
 //! that drive supports.
 //!
 //! `check_end` and `check_step` reject a simulation beyond the end of the recording and steps that do not resolve its
-//! motion. `recording_warnings` and `step_warning` are those of its defects and of large steps; `good_step` is the
-//! largest step without such a warning. All have the limits of `[supports.path]` of one rod, and no effect unless a
-//! support follows the recording.
+//! motion. `recording_warnings` and `step_warning` are those of its defects and of large steps. All have the
+//! limits of `[supports.path]` of one rod, and no effect unless a support follows the recording.
 
 use crate::code::Code;
 use crate::error::Error;
@@ -200,11 +199,6 @@ impl StructureRecording {
         step: f64,
     ) -> Option<(Code, String)> {
         self.rate(supports)?.warning(step)
-    }
-
-    /// Largest time step, s, without a [`step_warning`](Self::step_warning). None where no step has one.
-    pub(crate) fn good_step(&self, supports: &[StructureSupport]) -> Option<f64> {
-        self.rate(supports).map(|rate| rate.good_step())
     }
 
     /// Supports of one rod whose path is this recording, for their checks. `None` before the recording is read, and

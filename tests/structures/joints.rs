@@ -235,7 +235,10 @@ fn impossible_structures_are_rejected_with_their_key() {
             weld.clone() + "[[loads.point]]\nrod = \"a\"\nnode = 10\nforce = [1, 0, 0]\n",
             "loads.point[0].node: found node 10, which lies behind",
         ),
-        (joint("spring", &["a.end", "b.start"], "rotation = 1e-30"), "joints[0].rotation: found 0"),
+        (
+            joint("spring", &["a.end", "b.start"], "rotation = 1e-30"),
+            "joints[0].rotation: found 1e-30",
+        ),
         (weld.clone() + "[time]\nend = 0.1\nstep = 0.2\n", "time.step: found 0.2"),
         (weld + "[initial]\nstate = \"shape\"\n", "initial.state: found shape"),
     ] {

@@ -374,7 +374,7 @@ fn incomplete_structures_in_space_are_rejected_with_their_key() {
         ),
         (
             joint("spring", &["a.end", "b.start"], "rotation = [1.0, 1e-30, 1.0]"),
-            "joints[0].rotation: found 0",
+            "joints[0].rotation: found 1e-30",
         ),
         (weld.clone() + &body("1e-3"), "bodies.bob.inertia: found one number"),
         (weld.clone() + &body("[1e-3, 1e-3, 3e-3]"), "bodies.bob.inertia: found"),
