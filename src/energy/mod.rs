@@ -10,10 +10,10 @@
 //! num-dual's differentiation of the energy ([`dual_gradient`], [`dual_tangent`]).
 //!
 //! A user-defined energy on a rod implements [`OwnEnergy`] ([`own`]). `attach` adds it to a scene, [`place`] finds its
-//! elements, and `adapter` with `by_unknowns` derives it by the unknowns. `tie` is a spring to a fixed point, `tendon`
-//! a tendon, `edge_contact` the contact of an edge with an obstacle, `swept_edge` the test whether an edge passes
-//! through one. Outside a rod an energy implements [`Energy`], and [`Analytic`] if its derivatives are derived by hand;
-//! [`AsEnergy`] makes an element such an energy.
+//! elements, and `adapter` with `autodiff` derives it by the unknowns. `anchor_spring` is a spring to a fixed point,
+//! `tendon` a tendon, `edge_contact` the contact of an edge with an obstacle, `swept_edge` the test whether an edge
+//! passes through one. Outside a rod an energy implements [`Energy`], and [`Analytic`] if its derivatives are derived
+//! by hand; [`AsEnergy`] makes an element such an energy.
 //!
 //! Read [`stretch`] first: it is the simplest complete element.
 

@@ -1,7 +1,7 @@
 //! Numerical methods that do not depend on rods.
 //!
 //! Numbers: the trait [`Scalar`](scalar::Scalar) (`scalar`), SIMD vectors of `f64` (`simd`, `trigonometry`), numbers
-//! with operations as function calls (`out_of_line`), arrays of numbers (`lanes`), error bounds of derivatives
+//! with operations as function calls (`out_of_line`), arrays of numbers (`directions`), error bounds of derivatives
 //! (`term_bound`) and their common `operators`. Also the function `phi_1` (`phi_function`), vectors of three
 //! components, and `rotation`s. Symmetric matrices: the traits of `tangent`, `banded` and `envelope` storage with
 //! `L D L^T` factors, `prescribed_dofs`, and the `lanczos` method. Matrices that are not symmetric: `envelope_lu` with

@@ -12,8 +12,8 @@
 //!
 //! Other files: `actuators` and `timed_loads` (signals), `contacts`, `drag`, `moments`, `nonlinear`, `extra`
 //! (user-defined energies), `follower_loads` and `frames`. `state` has the state between steps, `viscosity` the viscous
-//! stress as changed laws, `sensitive` and `transposed` forward and adjoint derivatives along parameters. `sweeps`,
-//! `blocks`, `columns` and `edges` are the loops in SIMD lanes.
+//! stress as changed laws, `forward_sensitivity` and `transposed` forward and adjoint derivatives along parameters.
+//! `sweeps`, `blocks`, `columns` and `edges` are the loops in SIMD lanes.
 //!
 //! `TangentOf` and `FactorsOf` are the types of the matrix of a rod and of its factors, `DualFrames` its frames with
 //! derivatives along one parameter. `RotationRates` are the velocities and coefficients of a step for the inertia of

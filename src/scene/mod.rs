@@ -16,7 +16,7 @@
 //! `contact`, `actuation`, `signal`, `initial`, `camera`, `time`, `scheme`, `tolerance` (tables); `shape`, `polyline`,
 //! `mesh`, `plane`, `point`, `marker` (geometry); `support`, `supports`, `prescribed_motion`, `motion_rate`,
 //! `signal_steps`, `path`, `track`, `recorded_point`, `gripper_frame`, `gripper_pose`, `pose_table`, `recorded_motion`,
-//! `fault`, `faults` (ends and recordings); `own` (user-defined energies); `structure` and others of this name,
+//! `track_defect`, `faults` (ends and recordings); `own` (user-defined energies); `structure` and others of this name,
 //! `per_axis` (several rods); `parameter`, `scene_catalog` (all parameters); `resolution`, `scheme_support`,
 //! `required`, `validate`, `nearest` (choice and checks); `file`, `scene_file` (reading).
 
