@@ -167,6 +167,13 @@ fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
     (0..3).map(|c| a[c] * b[c]).sum()
 }
 
+/// Length, m, of the part of `way` across `axis`, where the part along it is at most the given multiples of the axis.
+fn across(way: [f64; 3], axis: [f64; 3], [least, most]: [f64; 2]) -> f64 {
+    let along = (dot(way, axis) / dot(axis, axis)).clamp(least, most);
+    let across = [0, 1, 2].map(|c| way[c] - along * axis[c]);
+    dot(across, across).sqrt()
+}
+
 /// Distance, m, of a point from the surface of an obstacle at a time, s; negative inside.
 fn distance(contact: &Contact, x: [f64; 3], time: f64) -> f64 {
     let from = |point: &[f64; 3], motion: &[ObstacleMotion]| {
@@ -182,16 +189,11 @@ fn distance(contact: &Contact, x: [f64; 3], time: f64) -> f64 {
             dot(way, way).sqrt() - radius
         }
         Contact::Cylinder { point, axis, radius, motion, .. } => {
-            let way = from(point, motion);
-            let along = dot(way, *axis) / dot(*axis, *axis);
-            let across = [0, 1, 2].map(|c| way[c] - along * axis[c]);
-            dot(across, across).sqrt() - radius
+            across(from(point, motion), *axis, [f64::NEG_INFINITY, f64::INFINITY]) - radius
         }
         Contact::Capsule { from: first, to, radius, motion, .. } => {
-            let (way, axis) = (from(first, motion), [0, 1, 2].map(|c| to[c] - first[c]));
-            let along = (dot(way, axis) / dot(axis, axis)).clamp(0.0, 1.0);
-            let across = [0, 1, 2].map(|c| way[c] - along * axis[c]);
-            dot(across, across).sqrt() - radius
+            let axis = [0, 1, 2].map(|c| to[c] - first[c]);
+            across(from(first, motion), axis, [0.0, 1.0]) - radius
         }
     }
 }

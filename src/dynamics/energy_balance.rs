@@ -1,13 +1,13 @@
 //! Energy that a time integration scheme adds to a motion, or removes from it, as a warning.
 //!
 //! Without damping, internal friction, drag of a fluid, moving supports and losses of contacts the total energy `T + V`
-//! of a rod is constant. The work of loads in time, of loads without a potential and of actuators is subtracted from
-//! it. A change is then an error of the scheme. Input: the scene, and the largest absolute change of the energy in a
-//! run over the largest kinetic energy. Output: code and text of a warning if that fraction exceeds [`MAX_CHANGE`] or
-//! is NaN, else `None`. The limit is [`MAX_DISSIPATION`] if beta or rho_inf requests dissipation, or the program chose
-//! the step. `None` also for other scenes, and without `[time]`. [`is_conservative`] returns whether the energy of a
-//! scene is constant as above, [`is_dissipative`] whether beta or rho_inf requests dissipation. Large gains stop the
-//! run before ([`StepControl`](crate::dynamics::step_control::StepControl)).
+//! of a rod is constant. The work of loads in time, of loads without a potential, of actuators and of moved obstacles
+//! is subtracted from it. A change is then an error of the scheme. Input: the scene, and the largest absolute change of
+//! the energy in a run over the largest kinetic energy. Output: code and text of a warning if that fraction exceeds
+//! [`MAX_CHANGE`] or is NaN, else `None`. The limit is [`MAX_DISSIPATION`] if beta or rho_inf requests dissipation, or
+//! the program chose the step. `None` also for other scenes, and without `[time]`. [`is_conservative`] returns whether
+//! the energy of a scene is constant as above, [`is_dissipative`] whether beta or rho_inf requests dissipation. Large
+//! gains stop the run before ([`StepControl`](crate::dynamics::step_control::StepControl)).
 
 use crate::code::Code;
 use crate::scene::{Scene, SchemeParameter, Time};

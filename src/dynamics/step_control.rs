@@ -12,10 +12,10 @@
 //! a dissipative parameter. Valid runs gain far less: in 250 random scenes with beta from 0.51 to 1 a step gained less
 //! than 0.005 of the largest kinetic energy, or 0.01 to 1000 of it with a wrong motion.
 //!
-//! The work of loads in time, of loads without a potential and of actuators is subtracted from the energy. The sum of
-//! its absolute values is added to the kinetic energy as a scale. Generalised-alpha takes loads of a later interval,
-//! whose additional work is allowed. The average vector field conserves energy where its quadrature is exact. Without
-//! damping and user-defined energies its limits are much smaller, and hold for losses too.
+//! The work of loads in time, of loads without a potential, of actuators and of moved obstacles is subtracted from the
+//! energy. The sum of its absolute values is added to the kinetic energy as a scale. Generalised-alpha takes loads of a
+//! later interval, whose additional work is allowed. The average vector field conserves energy where its quadrature is
+//! exact. Without damping and user-defined energies its limits are much smaller, and hold for losses too.
 //!
 //! The sum of all energies is skipped for at most `INTERVAL` steps in succession (`EXPLICIT_INTERVAL` for explicit
 //! schemes, none for the smaller limits); the limit per step holds for each step since the last sum. It is not skipped

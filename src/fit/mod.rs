@@ -30,6 +30,7 @@ mod experiment_form;
 mod extend;
 mod field;
 mod file;
+mod former_names;
 mod frequencies_form;
 mod known;
 mod load_deflection_form;
@@ -56,6 +57,8 @@ pub use design::report::{Advice, Choice, Contribution, Design, DesignVariable};
 pub use extend::ExtendedFit;
 pub use field::{Field, FieldEstimate, FieldFit, FieldReport, SingleEstimate};
 pub use file::FitFile;
+#[doc(hidden)]
+pub use former_names::*;
 pub use known::{Correlation, Known};
 pub use marker_files::{Axes, AxisColumnNames, Dropped, Format, Recording, SigmaColumns, Vertical};
 pub use marker_files::{ColumnKey, ColumnRule, ColumnRules, ColumnWithUnit};
@@ -123,46 +126,6 @@ pub use unknown::{Prior, Unknown};
 pub use validation_errors::report::{
     FailedPrediction, MeasurementError, ValidationReport, ValidationSummary,
 };
-
-#[doc(hidden)]
-#[deprecated(since = "0.2.0", note = "renamed to DesignVariable")]
-pub use design::report::DesignVariable as Question;
-#[doc(hidden)]
-#[deprecated(since = "0.2.0", note = "renamed to GaugeContext")]
-pub use measurement::quantity::GaugeContext as Sight;
-#[doc(hidden)]
-#[deprecated(since = "0.2.0", note = "renamed to Observable")]
-pub use measurement::quantity::Observable as Quantity;
-#[doc(hidden)]
-#[deprecated(since = "0.2.0", note = "renamed to PointState")]
-pub use measurement::quantity::PointState as Moving;
-#[doc(hidden)]
-#[deprecated(since = "0.2.0", note = "renamed to ShapePoint")]
-pub use measurement::shape::ShapePoint as Sighting;
-#[doc(hidden)]
-#[deprecated(since = "0.2.0", note = "renamed to RecordedSnapshot")]
-pub use report::recorded_motion::RecordedSnapshot as RecordedMoment;
-#[doc(hidden)]
-#[deprecated(since = "0.2.0", note = "renamed to LocalMinima")]
-pub use search::local_minima::LocalMinima as Basins;
-#[doc(hidden)]
-#[deprecated(since = "0.2.0", note = "renamed to LocalMinimum")]
-pub use search::local_minima::LocalMinimum as Basin;
-#[doc(hidden)]
-#[deprecated(since = "0.2.0", note = "renamed to MinimumSource")]
-pub use search::local_minima::MinimumSource as SeenBy;
-#[doc(hidden)]
-#[deprecated(since = "0.2.0", note = "renamed to InputSensitivity")]
-pub use uncertainty::budget::entries::InputSensitivity as PerCent;
-#[doc(hidden)]
-#[deprecated(since = "0.2.0", note = "renamed to UnidentifiableDirection")]
-pub use uncertainty::covariance::identifiability::UnidentifiableDirection as Finding;
-#[doc(hidden)]
-#[deprecated(since = "0.2.0", note = "renamed to UndetectedBias")]
-pub use uncertainty::discrepancy::findings::UndetectedBias as CouldHide;
-#[doc(hidden)]
-#[deprecated(since = "0.2.0", note = "renamed to ClusterJackknife")]
-pub use uncertainty::estimate::ClusterJackknife as AcrossExperiments;
 
 use crate::code::Code;
 use crate::error::{Error, none_on_failure};

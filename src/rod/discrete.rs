@@ -456,7 +456,8 @@ impl<D: RodScalar, L: Layout<N, S>, const N: usize, const S: usize> Rod<D>
 
     /// Overwrites the linear laws of all elements with those of the `elastic` rod under the `viscosity`: scaled
     /// stiffnesses and shifted natural strains, with the stress `K (factor s - natural - shift)`. Tensions of tendons,
-    /// natural strains of nonlinear bending and factors of follower loads are copied from `elastic`.
+    /// natural strains of nonlinear bending, factors of follower loads and places of obstacles are copied from
+    /// `elastic`.
     fn set_viscous(&mut self, elastic: &Self, viscosity: &Viscosity<D>) {
         self.set_viscous_from(elastic, viscosity, 0);
     }

@@ -191,23 +191,27 @@ fn derivatives_of_motions_with_damping_and_friction_equal_differences() {
             let losses = ["damping", "friction", "slip_velocity"];
             let count = own.iter().filter(|p| losses.iter().any(|name| p.path().ends_with(name)));
             assert_eq!(count.count(), 9);
-            let run = problem.simulate_with(&own).unwrap();
-            let end = problem.scene().time.as_ref().unwrap().end;
-            let exact = |k: usize| -> Vec<f64> {
-                let rates = |i| run.at(Point::Node(i), end).unwrap().1[k];
-                (0..problem.nodes()).flat_map(rates).collect()
-            };
-            let positions = |problem: &Problem| {
-                let run = problem.simulate_with(&[]).unwrap();
-                let place = |i| run.at(Point::Node(i), end).unwrap().0;
-                (0..problem.nodes()).flat_map(place).collect::<Vec<f64>>()
-            };
-            println!("{} steps", run.work().steps);
-            // The forces have kinks, at the slip velocity and where they would pull. The error of a difference across one is
-            // proportional to its step.
-            compare(&problem, &own, 3e-6, exact, positions);
+            compare_final_positions(&problem, &own);
         }
     }
+}
+
+/// Compares the derivatives of all final positions by the parameters `own` with differences. The forces have kinks, at the
+/// slip velocity and where they would pull: the error of a difference across one is proportional to its step.
+fn compare_final_positions(problem: &Problem, own: &[Parameter]) {
+    let run = problem.simulate_with(own).unwrap();
+    let end = problem.scene().time.as_ref().unwrap().end;
+    let exact = |k: usize| -> Vec<f64> {
+        let rates = |i| run.at(Point::Node(i), end).unwrap().1[k];
+        (0..problem.nodes()).flat_map(rates).collect()
+    };
+    let positions = |problem: &Problem| {
+        let run = problem.simulate_with(&[]).unwrap();
+        let place = |i| run.at(Point::Node(i), end).unwrap().0;
+        (0..problem.nodes()).flat_map(place).collect::<Vec<f64>>()
+    };
+    println!("{} steps", run.work().steps);
+    compare(problem, own, 3e-6, exact, positions);
 }
 
 /// The same obstacles, each with a motion.
@@ -248,19 +252,7 @@ fn derivatives_of_motions_with_moved_obstacles_equal_differences() {
             let own = own(&problem);
             let moving = own.iter().filter(|p| p.path().contains(".motion."));
             assert_eq!(moving.count(), if planar { 15 } else { 21 });
-            let run = problem.simulate_with(&own).unwrap();
-            let end = problem.scene().time.as_ref().unwrap().end;
-            let exact = |k: usize| -> Vec<f64> {
-                let rates = |i| run.at(Point::Node(i), end).unwrap().1[k];
-                (0..problem.nodes()).flat_map(rates).collect()
-            };
-            let positions = |problem: &Problem| {
-                let run = problem.simulate_with(&[]).unwrap();
-                let place = |i| run.at(Point::Node(i), end).unwrap().0;
-                (0..problem.nodes()).flat_map(place).collect::<Vec<f64>>()
-            };
-            println!("{} steps", run.work().steps);
-            compare(&problem, &own, 3e-6, exact, positions);
+            compare_final_positions(&problem, &own);
         }
     }
 }

@@ -4,47 +4,18 @@ use rodfit::fit::Analysis;
 use rodfit::scene::*;
 use rodfit::{Fit, FitReport, Observation, Parameter, Point, Trajectory, Unknown};
 
+#[path = "../../examples/coverage/strip.rs"]
+mod strip;
+use strip::{FRICTION, MODULUS, dragged_strip};
+
 use crate::common::fits::{covers, error, noisy, record, same_mesh};
 use crate::common::simulate;
 
-const MODULUS: f64 = 1e8;
-const FRICTION: f64 = 0.3;
 /// Noise of the markers, m.
 const SIGMA: f64 = 5e-4;
 
 fn friction() -> Parameter {
     "contacts.0.friction".parse().unwrap()
-}
-
-/// A sloping strip that its clamp presses onto a floor by 40 mm, and moves by 30 mm to either side.
-fn dragged() -> Scene {
-    let shape = Shape::Straight { length: 0.3, direction: [0.6, -0.8, 0.0] };
-    let section = Section::Circle { radius: 2e-3 };
-    let mut scene = Scene::new(10, shape, section, Material::new(1200.0, MODULUS));
-    scene.loads.gravity = [0.0, -9.81, 0.0];
-    scene.loads.damping.stiffness = 5e-3;
-    let motion = |displacement, frequency| Motion {
-        end: End::Start,
-        displacement,
-        frequency,
-        ..Motion::default()
-    };
-    scene.supports.motion =
-        vec![motion([0.0, -0.04, 0.0], None), motion([0.03, 0.0, 0.0], Some(2.0))];
-    scene.contacts = vec![Contact::Plane {
-        point: [0.0, -0.245, 0.0],
-        normal: [0.0, 1.0, 0.0],
-        stiffness: Some(1e7),
-        contact_radius: None,
-        damping: None,
-        friction: Some(FRICTION),
-        slip_velocity: Some(0.01),
-        motion: Vec::new(),
-    }];
-    scene.initial.state = InitialState::Equilibrium;
-    let scheme = Scheme::GeneralisedAlpha;
-    scene.time = Some(Time { scheme, ..Time::new(0.5, 5e-3) });
-    scene
 }
 
 /// The records of the tip and of a marker halfway.
@@ -70,7 +41,7 @@ fn fit(scene: &Scene, data: [Observation; 2], analysis: Analysis) -> FitReport {
 
 #[test]
 fn modulus_and_friction_of_a_dragged_strip_are_identified_from_exact_markers() {
-    let scene = dragged();
+    let scene = dragged_strip();
     let run = simulate(&scene);
     let report = fit(&scene, markers(&run), same_mesh());
     println!("{report}");
@@ -85,7 +56,7 @@ fn modulus_and_friction_of_a_dragged_strip_are_identified_from_exact_markers() {
 /// coverage -- 100 strip` has more of them.
 #[test]
 fn intervals_of_a_dragged_strip_cover_the_truth() {
-    let scene = dragged();
+    let scene = dragged_strip();
     let clean = markers(&simulate(&scene));
     let (mut covering, mut size) = ([0; 2], [0.0; 2]);
     for seed in 0..20 {

@@ -9,7 +9,7 @@
 //! step, per unit of the parameter: of selected nodes, or in a state as dual numbers. A step without derivatives is
 //! [`Error::SingularTangent`]. In other cases the steps are made in dual numbers, and errors are those of steps:
 //! explicit and Rosenbrock schemes, which solve no such equations, actuators that follow signals, loads without a
-//! potential, and damping or friction of contacts.
+//! potential, moved obstacles, and damping or friction of contacts.
 //!
 //! Parameters are advanced in SIMD lanes, in groups of four, two or one; those with a history of strains
 //! (viscosity, friction) have groups of their own. The geometry of a step is computed once for all of them, and
@@ -137,9 +137,9 @@ enum SensitivityMethod<R: ForwardSensitivity> {
     /// For schemes whose steps are equations, by the implicit function theorem: the groups, and the place of every
     /// parameter in them.
     Implicit(Vec<Box<dyn LaneGroup<R>>>, Vec<LanePlace>),
-    /// For any other scheme, laws that follow signals, loads without a potential, and losses of contacts, by the same
-    /// steps in dual numbers: one simulation for each parameter. The first makes the steps of the simulation in plain
-    /// numbers too.
+    /// For any other scheme, laws that follow signals, loads without a potential, moved obstacles and losses of
+    /// contacts, by the same steps in dual numbers: one simulation for each parameter. The first makes the steps of the
+    /// simulation in plain numbers too.
     Direct(Vec<DualSimulation<R>>),
 }
 
@@ -185,8 +185,8 @@ impl<R: ForwardSensitivity> Sensitivities<R> {
     /// Parameters along which stresses depend on the history of strains form groups of their own. If the scheme solves
     /// no equations, or a simulation needs steps in dual numbers, the simulations are kept instead.
     pub fn new(simulations: Vec<DualSimulation<R>>) -> Self {
-        // Laws that follow signals, and loads without a potential: each simulation in dual numbers makes the steps
-        // itself.
+        // Laws that follow signals, loads without a potential, moved obstacles and losses of contacts: each simulation
+        // in dual numbers makes the steps itself.
         if simulations.iter().any(|simulation| simulation.needs_dual_steps()) {
             return Self(SensitivityMethod::Direct(simulations));
         }

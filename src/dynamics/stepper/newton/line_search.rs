@@ -1,4 +1,5 @@
-//! Newton's iteration with a line search, for steps with friction in which full corrections do not converge.
+//! Newton's iteration with a line search, for steps with friction or damping of contacts in which full corrections
+//! do not converge.
 //!
 //! Coulomb's friction is steep up to the slip velocity and constant beyond. Full corrections may then alternate between
 //! two directions of slip. Here a correction is halved until the sum `r_i^2/m_i` of the squared residuals (kg m) over

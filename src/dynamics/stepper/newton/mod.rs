@@ -7,8 +7,8 @@
 //! where the old one would take more corrections than it saves. If the estimate ends the iteration, the residual at the
 //! solution is not evaluated: the forces there follow from the linear system. Averaging schemes, dual numbers and the
 //! tolerance `rounding` iterate until the residual is a rounding error (`rounding`). If an iteration from extrapolated
-//! velocities fails, one from constant velocities to the rounding error follows, and with friction of contacts one with
-//! a line search (`line_search`).
+//! velocities fails, one from constant velocities to the rounding error follows, and with friction or damping of
+//! contacts one with a line search (`line_search`).
 //!
 //! Output: unknowns, velocities, forces and internal variables at the end of the step, for generalised-alpha also
 //! accelerations; on request (`keep_tangent`, `keep_next_tangent`) the tangent and its factors at the solution, for
