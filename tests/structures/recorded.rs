@@ -332,8 +332,8 @@ fn fit_of_driven_structure_takes_few_simulations() {
     let scene = branched(START, "equilibrium");
     let report = fit_of(scene, &seen, |name| name != NAMES[2]).solve().unwrap();
     println!("{} simulations, {report}", report.simulations);
-    // 55, of which a part is the one-sided bound of a joint's damping: its optimum is above the values that a scan would have,
-    // and profile fits about the optimum take more simulations than those about the largest of these values (below 40 in all).
+    // 55 simulations, of which 15 are due to an optimum of the joint's damping above the values of a scan: its one-sided bound
+    // is searched about the optimum. About the largest value of a scan, 40 would be enough.
     assert!(report.converged && report.simulations < 60.0, "{report}");
 }
 
