@@ -5,11 +5,13 @@
 //! underestimated, and are enlarged until they explain the difference. A run with less than [`LEAST_GROWTH`] times the
 //! work of the trial run enlarges no error. The run is accepted if its error is at most the requested one, or
 //! [`CORRECTED_PART`] of it after an enlargement. Otherwise it is repeated with finer numerics. A run whose simulation
-//! fails is repeated with [`AFTER_FAILURE`] times the steps, unless invalid input, a file or a stop ended it. There are
-//! at most [`MAX_REPETITIONS`] repetitions, within limits of work, and none where the scene gives the step; then the
-//! run is kept unchanged. Output: the last run and its estimated error over the length, `None` for a failed run or
-//! without estimates. [`Scene::simulate`] does this for a scene, [`run_checked`] for any kind of run, and
-//! [`simulate_checked`] for a run that is recorded as a trajectory.
+//! fails is repeated with [`AFTER_FAILURE`] times the steps, unless invalid input, a file or a stop ended it; a failed
+//! run of `rodas4` is repeated with generalised-alpha if the program chose the scheme, and its error is then unknown.
+//! There are at most [`MAX_REPETITIONS`] repetitions, within limits of work, and none where the scene gives the step;
+//! then the run is kept unchanged. Output: the last run that reached the end, and its estimated error over the length,
+//! `None` for a failed run or without estimates. A repetition that fails thus gives the run before it.
+//! [`Scene::simulate`] does this for a scene, [`run_checked`] for any kind of run, and [`simulate_checked`] for a run
+//! that is recorded as a trajectory.
 //!
 //! `RunCheck` is made from the last trial run (`Basis`). `RunCheck::monitor` returns a `RunMonitor`, whose `push`
 //! compares each state of the run with the trial run. `RunCheck::assess` takes the outcome of the run and the monitor,
@@ -23,7 +25,8 @@ use crate::dynamics::record::Record;
 use crate::dynamics::{Snapshot, Trajectory};
 use crate::error::Error;
 use crate::problem::Problem;
-use crate::scene::{Scene, Stencil};
+use crate::scene::resolution::Bound;
+use crate::scene::{Scene, Scheme, Stencil};
 use std::sync::Arc;
 
 /// Largest number of repetitions of the chosen run.
@@ -64,6 +67,8 @@ pub struct RunCheck {
     numerics: Numerics,
     /// Number of repetitions so far.
     attempts: usize,
+    /// Estimated error over the length of the last run that reached the end, if one did and is repeated.
+    completed: Option<f64>,
     /// Work of the trial runs and of the runs that were repeated, edges times Newton iterations.
     work: f64,
 }
@@ -103,7 +108,16 @@ impl RunCheck {
         // The search chose the run by the same functions, so that its numerics follow from the basis.
         let finer = basis.refinement();
         let numerics = basis.refined(finer, scene);
-        Self { scene: scene.clone(), basis, can_repeat, finer, numerics, attempts: 0, work }
+        Self {
+            scene: scene.clone(),
+            basis,
+            can_repeat,
+            finer,
+            numerics,
+            attempts: 0,
+            completed: None,
+            work,
+        }
     }
 
     /// A monitor of a run of this problem, which compares it with the last trial run; nothing is compared yet.
@@ -132,9 +146,9 @@ impl RunCheck {
     /// accepted with its estimated error over the length if that is at most the requested one. If the difference
     /// enlarged the estimate, the limit is `CORRECTED_PART` of the requested one. Otherwise it is to be repeated with
     /// finer numerics, and a failed run with `AFTER_FAILURE` times the steps. Without `can_repeat`, after
-    /// `MAX_REPETITIONS`, or where no finer run is affordable, the run is accepted unchanged. Errors of the input, of
-    /// files or of a stop are accepted too. The accepted estimate is `None` for a failed run, and where the trial runs
-    /// have no estimated errors.
+    /// `MAX_REPETITIONS`, or where no finer run is affordable, the run is accepted unchanged. So are failures of
+    /// repetitions of a completed run, and errors of the input, of files or of a stop. The accepted estimate is `None`
+    /// for a failed run, and where the trial runs have no estimated errors.
     ///
     /// # Errors
     /// Those of building another problem.
@@ -148,15 +162,10 @@ impl RunCheck {
         // Errors of the input or of the user are no question of numerics.
         match outcome {
             Ok(()) => {}
-            Err(Error::Invalid { .. } | Error::Io { .. } | Error::Interrupted) => {
-                return Ok(RunAssessment::Accepted(None));
-            }
-            // A failed run has no difference that could correct the errors: only its step is refined.
-            Err(_) if can_refine => {
-                let finer =
-                    RefinementFactors { step: AFTER_FAILURE * self.finer.step, ..self.finer };
-                let errors = self.basis.is_known.then_some(self.basis.errors);
-                return self.repeat_with(finer, errors);
+            Err(error)
+                if can_refine && self.completed.is_none() && is_failure_of_numerics(error) =>
+            {
+                return self.repeat_failed();
             }
             Err(_) => return Ok(RunAssessment::Accepted(None)),
         }
@@ -174,9 +183,27 @@ impl RunCheck {
             return Ok(RunAssessment::Accepted(Some(error)));
         }
         match self.repeat_refinement(errors, expected) {
-            Some(finer) => self.repeat_with(finer, Some(errors)),
+            Some(finer) => {
+                self.completed = Some(error);
+                self.repeat_with(finer, Some(errors))
+            }
             None => Ok(RunAssessment::Accepted(Some(error))),
         }
+    }
+
+    /// The request of a repetition of a failed run, with [`AFTER_FAILURE`] times the steps. A run of `rodas4` is
+    /// repeated with generalised-alpha where the program chose the scheme; its error is then unknown. Error: the
+    /// problem cannot be built.
+    fn repeat_failed(mut self) -> Result<RunAssessment, Error> {
+        let scheme = &mut self.basis.trial.numerics.scheme;
+        if *scheme == Scheme::Rodas4 && self.scene.left_open().scheme {
+            // The error of the step was estimated for the other scheme.
+            (*scheme, self.basis.is_known) = (Scheme::GeneralisedAlpha, false);
+        }
+        // A failed run has no difference that could correct the errors: only its step is refined.
+        let finer = RefinementFactors { step: AFTER_FAILURE * self.finer.step, ..self.finer };
+        let errors = self.basis.is_known.then_some(self.basis.errors);
+        self.repeat_with(finer, errors)
     }
 
     /// The refinement of the trial run for a repetition after the `errors` were corrected: that with the least work for
@@ -255,9 +282,9 @@ impl RunCheck {
 }
 
 /// The problem of a scene with these numerics where it leaves them out, its estimated `error` over the length, the
-/// `work` of the search, and the Newton tolerance of chosen runs. The step is reduced to a stable one of an explicit
-/// scheme, and to one that resolves the motions of supports and the signals well. Error: the scene cannot be built with
-/// them.
+/// `work` of the search, and the Newton tolerance of chosen runs. Without a known error within the request it has the
+/// limit of work as the reason. The step is reduced to a stable one of an explicit scheme, and to one that resolves the
+/// motions of supports and the signals well. Error: the scene cannot be built with them.
 fn problem_with_numerics(
     scene: &Scene,
     numerics: Numerics,
@@ -275,9 +302,16 @@ fn problem_with_numerics(
     let mut scene = scene.resolved(numerics.segments, step).by(numerics.scheme);
     if let Some(resolution) = &mut scene.resolution {
         (resolution.error, resolution.work) = (error, work);
+        let is_within = error.is_some_and(|error| error <= resolution.accuracy);
+        resolution.bound = (!is_within).then_some(Bound::Work);
     }
     set_newton_tolerance(&mut scene, RUN_TOLERANCE);
     scene.build()
+}
+
+/// Whether a run failed for its numerics: not by invalid input, a file or a stop.
+fn is_failure_of_numerics(error: &Error) -> bool {
+    !matches!(error, Error::Invalid { .. } | Error::Io { .. } | Error::Interrupted)
 }
 
 impl Scene {
@@ -319,8 +353,9 @@ pub struct Attempt<R> {
 /// Without a check it runs once.
 ///
 /// `attempt` runs a problem once, and calls the function that it is given with the initial state and after every step.
-/// Returned is the last attempt. With a check its problem has the estimated error of the check. Without such an
-/// estimate, as after a failed run, it keeps that of the search.
+/// Returned is the last attempt, or the one before if a repetition of a run that reached the end fails. With a check
+/// its problem has the estimated error of the check. Without such an estimate, as after a failed run, it keeps that of
+/// the search.
 ///
 /// # Errors
 /// Those of `attempt`, and of building the problem of a repetition; that of a run is in its outcome.
@@ -329,6 +364,7 @@ pub fn run_checked<R>(
     mut check: Option<RunCheck>,
     mut attempt: impl FnMut(Problem, &mut dyn FnMut(&dyn Snapshot)) -> Result<Attempt<R>, Error>,
 ) -> Result<Attempt<R>, Error> {
+    let mut completed = None;
     loop {
         let mut monitor = check.as_ref().map(|check| check.monitor(&problem)).transpose()?;
         let mut done = attempt(problem, &mut |state| {
@@ -338,11 +374,15 @@ pub fn run_checked<R>(
         match own.assess(&done.outcome, &monitor)? {
             RunAssessment::Repeat(next) => {
                 let (finer, next) = *next;
+                done.problem.set_estimated_error(next.completed);
+                completed = done.outcome.is_ok().then_some(done);
                 (problem, check) = (finer, Some(next));
             }
             RunAssessment::Accepted(error) => {
                 done.problem.set_estimated_error(error);
-                return Ok(done);
+                // A stop and errors of files are those of the user's last run.
+                let is_failed = done.outcome.as_ref().is_err_and(is_failure_of_numerics);
+                return Ok(completed.filter(|_| is_failed).unwrap_or(done));
             }
         }
     }
@@ -400,6 +440,7 @@ impl RunMonitor {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scene::Parameter;
 
     const SCENE: &str = "accuracy = 1e-2\n[rod]\nshape = { kind = \"straight\", length = 0.5, direction = [1.0, 0.0, 0.0] }\nsection = { kind = \"circle\", radius = 0.005 }\n\
         [material]\nyoungs_modulus = 1e8\ndensity = 1200.0\n[supports]\nstart = \"clamped\"\n[loads]\ngravity = [0.0, -9.81, 0.0]\n\
@@ -422,6 +463,51 @@ mod tests {
         check.basis.is_known = false;
         let unknown = check.assess(&Ok(()), &monitor).unwrap();
         assert!(matches!(unknown, RunAssessment::Accepted(None)));
+    }
+
+    /// A failed run of `rodas4` is repeated with generalised-alpha, whose error is unknown, with a warning.
+    #[test]
+    fn failed_run_of_rodas4_is_repeated_with_generalised_alpha() {
+        let (problem, mut check) = checked();
+        check.basis.trial.numerics.scheme = Scheme::Rodas4;
+        let monitor = check.monitor(&problem).unwrap();
+        let steps = check.basis.refined(check.finer, &check.scene).steps;
+        let failed = Err(Error::SingularEquilibrium);
+        let RunAssessment::Repeat(next) = check.assess(&failed, &monitor).unwrap() else {
+            panic!("a failed run is accepted")
+        };
+        let (problem, check) = *next;
+        let resolution = problem.resolution().unwrap();
+        assert_eq!(problem.time().unwrap().scheme, Scheme::GeneralisedAlpha);
+        assert!(problem.time().unwrap().steps() > 2 * steps);
+        assert_eq!((resolution.error, resolution.bound), (None, Some(Bound::Work)));
+        assert!(matches!(check.assess(&Ok(()), &monitor).unwrap(), RunAssessment::Accepted(None)));
+    }
+
+    /// A repetition that fails gives the run before it, with that run's estimated error and a warning. The first run
+    /// has half the modulus, so that it is repeated.
+    #[test]
+    fn failed_repetition_gives_the_completed_run() {
+        let (problem, check) = checked();
+        let mut runs = 0;
+        let last = run_checked(problem, Some(check), |problem, observe| {
+            runs += 1;
+            if runs > 1 {
+                return Ok(Attempt {
+                    problem,
+                    record: runs,
+                    outcome: Err(Error::SingularEquilibrium),
+                });
+            }
+            let other = problem.with([(Parameter::YoungsModulus, 5e7)])?;
+            let outcome =
+                Trajectory::unrecorded(&other)?.run(&other, other.time()?.steps(), observe);
+            Ok(Attempt { problem, record: runs, outcome })
+        })
+        .unwrap();
+        assert!(runs == 2 && last.record == 1 && last.outcome.is_ok());
+        let resolution = last.problem.resolution().unwrap();
+        assert!(resolution.error.unwrap() > 1e-2 && resolution.bound == Some(Bound::Work));
     }
 
     /// Errors that explain a larger difference change by it from the trial run to the chosen one; with new modes in
