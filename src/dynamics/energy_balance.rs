@@ -53,8 +53,9 @@ pub(crate) fn warning(scene: &Scene, change: f64) -> Option<(Code, String)> {
     let percent = 100.0 * change;
     let words = format!(
         "the scheme {} changed the total energy by {percent:.0} % of the largest kinetic energy, though the scene has no \
-         damping. The motion has numerical damping. Use a smaller time.step or scheme = \"average-vector-field\", or add the physical damping of the rod",
-        time.scheme.name()
+         damping. The motion has numerical damping. Use a smaller time.step{}, or add the physical damping of the rod",
+        time.scheme.name(),
+        scene.or_energy_conserving_scheme()
     );
     (change.is_nan() || change > most).then_some((Code::NumericalDamping, words))
 }

@@ -118,6 +118,7 @@ impl Limits {
         // All other schemes have an error in the energy: only gains are limited.
         let dissipates = is_dissipative(time);
         let explicit = traits.stability_limit.is_some();
+        let or_keeping = scene.is_supported_by(Scheme::AverageVectorField);
         Some(Self {
             per_step: MAX_GAIN_PER_STEP,
             at_last: MAX_GAIN_PER_STEP,
@@ -132,11 +133,16 @@ impl Limits {
                 }
                 _ if !scene.contacts.is_empty() => SOFTER_CONTACT,
                 EnergyConservation::Inexact if time.scheme == Scheme::GeneralisedAlpha => {
-                    SMALLER_OR_SMALLER_RHO
+                    SMALLER_OR_SMALLER_RHO[usize::from(or_keeping)]
                 }
-                EnergyConservation::Inexact if dissipates => SMALLER_OR_LARGER_BETA,
-                EnergyConservation::Inexact if time.scheme.takes_beta() => SMALLER_OR_DISSIPATION,
-                EnergyConservation::Inexact => SMALLER_OR_KEEPING,
+                EnergyConservation::Inexact if dissipates => {
+                    SMALLER_OR_LARGER_BETA[usize::from(or_keeping)]
+                }
+                EnergyConservation::Inexact if time.scheme.takes_beta() => {
+                    SMALLER_OR_DISSIPATION[usize::from(or_keeping)]
+                }
+                EnergyConservation::Inexact if or_keeping => SMALLER_OR_KEEPING,
+                EnergyConservation::Inexact => SMALLER,
                 EnergyConservation::Exact | EnergyConservation::OnAverage => SMALLER,
             },
         })
@@ -153,15 +159,21 @@ const SOFTER_CONTACT: &str = "take a smaller time.step or a smaller stiffness of
 /// For scenes with contacts and Newmark-beta without dissipation.
 const SOFTER_CONTACT_OR_DISSIPATION: &str = "take a smaller time.step, a beta above 0.5, or a smaller \
      stiffness of the contacts, whose forces begin and end within a step";
-/// For Newmark-beta without dissipation.
-const SMALLER_OR_DISSIPATION: &str =
-    "take a smaller time.step, a beta above 0.5, or scheme = \"average-vector-field\"";
-/// For generalised-alpha.
-const SMALLER_OR_SMALLER_RHO: &str =
-    "take a smaller time.step, a smaller rho_inf, or scheme = \"average-vector-field\"";
-/// For Newmark-beta with dissipation.
-const SMALLER_OR_LARGER_BETA: &str =
-    "take a smaller time.step, a larger beta, or scheme = \"average-vector-field\"";
+/// For Newmark-beta without dissipation; the second one for scenes that `average-vector-field` supports.
+const SMALLER_OR_DISSIPATION: [&str; 2] = [
+    "take a smaller time.step, or a beta above 0.5",
+    "take a smaller time.step, a beta above 0.5, or scheme = \"average-vector-field\"",
+];
+/// For generalised-alpha, as above.
+const SMALLER_OR_SMALLER_RHO: [&str; 2] = [
+    "take a smaller time.step, or a smaller rho_inf",
+    "take a smaller time.step, a smaller rho_inf, or scheme = \"average-vector-field\"",
+];
+/// For Newmark-beta with dissipation, as above.
+const SMALLER_OR_LARGER_BETA: [&str; 2] = [
+    "take a smaller time.step, or a larger beta",
+    "take a smaller time.step, a larger beta, or scheme = \"average-vector-field\"",
+];
 
 /// The energy of a run so far, by which its steps are accepted or rejected.
 #[derive(Clone, Debug)]
@@ -336,9 +348,9 @@ fn not_passed<R: Rod<f64>>(simulation: &Simulation<f64, R>) -> Result<(), Error>
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::{Material, Scheme, Section, Shape, Time};
+    use crate::scene::{Drag, Material, Scheme, Section, Shape, Time};
 
-    /// No scheme is advised to take itself, nor one above beta = 0.5 to go there.
+    /// No scheme is advised to take itself or one that rejects the scene, nor one above beta = 0.5 to go there.
     #[test]
     fn remedies_are_others() {
         let shape = Shape::Straight { length: 1.0, direction: [1.0, 0.0, 0.0] };
@@ -353,6 +365,13 @@ mod tests {
                 assert!(remedy.contains("smaller time.step"));
                 assert!(beta == 0.5 || !remedy.contains("above 0.5"), "{remedy}");
             }
+        }
+        // That scheme has no drag.
+        scene.loads.drag = Some(Drag::default());
+        for scheme in [Scheme::NewmarkBeta, Scheme::GeneralisedAlpha] {
+            scene.time = Some(Time { scheme, ..Time::new(1.0, 1e-3) });
+            let remedy = Limits::of(&scene).expect("every scheme is watched").remedy;
+            assert!(!remedy.contains("average-vector-field"), "{scheme:?}: {remedy}");
         }
     }
 }

@@ -5,6 +5,7 @@
 //! first Kelvin-Voigt time above zero, internal friction, Maxwell branches, drag, contacts (one term), friction or
 //! damping of each contact, the first moved obstacle, and moving supports. Then follow the first signal with kinks or
 //! jumps that is used, the first actuator with a signal, and the first follower load with a signal.
+//! `or_energy_conserving_scheme` is the advice to take `average-vector-field` for a scene that it supports.
 
 use crate::scene::Scene;
 use crate::scene::scheme::{Scheme, Traits};
@@ -14,6 +15,15 @@ impl Scene {
     /// and actuators and follower loads with a signal.
     pub(crate) fn is_supported_by(&self, scheme: Scheme) -> bool {
         self.unsupported_by(scheme).is_empty()
+    }
+
+    /// The advice to take the scheme that conserves the energy, as the end of a sentence that gives another advice.
+    /// Empty where that scheme does not support the scene.
+    pub(crate) fn or_energy_conserving_scheme(&self) -> &'static str {
+        match self.is_supported_by(Scheme::AverageVectorField) {
+            true => " or scheme = \"average-vector-field\"",
+            false => "",
+        }
     }
 
     /// Terms of the scene that a scheme does not support, each with key, found value and the schemes that support it;

@@ -19,9 +19,15 @@ use crate::fit::uncertainty::warning_list::{Severity, Warnings};
 pub(crate) fn halved_steps(Fitted { search, optimum }: Fitted, warnings: &mut Warnings) {
     let is_reached = optimum.converged && search.is_noise(optimum);
     // At a converged optimum with residuals of noise the jumps did no harm.
-    let text = "the integrator halved some time steps, and which ones depends on the parameters. The misfit has \
-                jumps, and the optimum is inexact. Use a smaller time.step, or scheme = \"average-vector-field\"";
     if optimum.halved && !is_reached {
+        // Advice that one of the scenes rejects is none.
+        let advice =
+            search.experiments.iter().map(|e| e.problem.scene().or_energy_conserving_scheme());
+        let text = format!(
+            "the integrator halved some time steps, and which ones depends on the parameters. The misfit has jumps, \
+             and the optimum is inexact. Use a smaller time.step{}",
+            advice.min_by_key(|advice| advice.len()).unwrap_or_default()
+        );
         warnings.add(Severity::Numerics, Code::HalvedSteps, text);
     }
 }
