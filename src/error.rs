@@ -104,8 +104,8 @@ pub enum Error {
     },
     /// A time step found no solution.
     #[error(
-        "no solution at t = {time} s: after {iterations} Newton iterations the residual is {residual:e} N s^2, \
-         above the rounding level of {tolerance:e}. Use a smaller time.step"
+        "no solution at t = {time} s: after {iterations} Newton iterations the residual is {residual:.2e} N s^2, \
+         above the rounding level of {tolerance:.2e}. Use a smaller time.step"
     )]
     Newton {
         /// End of the step that failed, s.

@@ -132,10 +132,12 @@ impl Limits {
                     SOFTER_CONTACT_OR_DISSIPATION
                 }
                 _ if !scene.contacts.is_empty() => SOFTER_CONTACT,
-                EnergyConservation::Inexact if time.scheme == Scheme::GeneralisedAlpha => {
+                EnergyConservation::Inexact
+                    if time.scheme == Scheme::GeneralisedAlpha && time.rho_inf > 0.0 =>
+                {
                     SMALLER_OR_SMALLER_RHO[usize::from(or_keeping)]
                 }
-                EnergyConservation::Inexact if dissipates => {
+                EnergyConservation::Inexact if dissipates && time.scheme.takes_beta() => {
                     SMALLER_OR_LARGER_BETA[usize::from(or_keeping)]
                 }
                 EnergyConservation::Inexact if time.scheme.takes_beta() => {
@@ -366,6 +368,11 @@ mod tests {
                 assert!(beta == 0.5 || !remedy.contains("above 0.5"), "{remedy}");
             }
         }
+        // A rho_inf of zero cannot become smaller.
+        scene.time =
+            Some(Time { scheme: Scheme::GeneralisedAlpha, rho_inf: 0.0, ..Time::new(1.0, 1e-3) });
+        let remedy = Limits::of(&scene).expect("every scheme is watched").remedy;
+        assert!(!remedy.contains("rho_inf") && !remedy.contains("beta"), "{remedy}");
         // That scheme has no drag.
         scene.loads.drag = Some(Drag::default());
         for scheme in [Scheme::NewmarkBeta, Scheme::GeneralisedAlpha] {
