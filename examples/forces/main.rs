@@ -16,7 +16,7 @@ use rodfit::fit::{FitFile, FitReport};
 use std::error::Error;
 use std::path::Path;
 use std::time::Instant;
-use strip::{RECORDED, Recordings};
+use strip::{Recordings, recorded};
 
 /// Solves the fit file `text` in the folder `work`, and prints its report with its time.
 fn solve(text: &str, name: &str, work: &Path) -> Result<FitReport, Box<dyn Error>> {
@@ -56,7 +56,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         Some(folder) => {
             // Paths in scenes are relative to the scene.
             let folder = std::fs::canonicalize(folder).map_err(|e| format!("{folder}: {e}"))?;
-            let strip = Recordings { folder: folder.join("beam_handling"), ..RECORDED };
+            let strip = recorded(folder.join("beam_handling"));
             (strip, folder.join("cosserat_rod_estimation").join("wrench_poses.csv"))
         }
         None => {

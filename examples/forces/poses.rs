@@ -2,7 +2,8 @@
 //!
 //! Input: the table of the poses and wrenches, without times. Every pose is held for [`HOLD`] and reached within
 //! [`MOVE`]; strong damping and implicit Euler steps keep the rod at rest. The source states neither the frame of the
-//! wrench, nor its sign, nor modulus, density and diameter of the rod. Each [`Assumption`] is one frame of the sensor.
+//! wrench, nor its sign, nor modulus, density and diameter of the rod. Each [`Assumption`] is a sign; the frame is taken
+//! parallel to that of the held start.
 //! Output: the text of a fit file, with its scene, clock and tables written beside it. A free tare is an offset of the
 //! sensor common to all poses.
 
@@ -14,33 +15,18 @@ const HOLD: f64 = 6.0;
 /// Duration of the motion to the next pose, s.
 const MOVE: f64 = 4.0;
 
-/// An assumed frame of the sensor.
+/// An assumption about the wrench.
 pub struct Assumption {
     /// Name of the fit.
     pub name: &'static str,
-    /// Signed sensor axes along the world's x, y and z.
-    pub axes: &'static str,
-    /// Parameters of the fit.
-    pub parameters: &'static [&'static str],
+    /// Factor of the recorded wrench: 1 if it acts on the rod, -1 if the rod exerts it.
+    pub sign: f64,
 }
 
-/// Sensor axes parallel to those of the held start, with both signs of the wrench.
-pub const ASSUMPTIONS: [Assumption; 3] = [
-    Assumption {
-        name: "start frame",
-        axes: r#"["z", "y", "-x"]"#,
-        parameters: &["youngs_modulus"],
-    },
-    Assumption {
-        name: "start frame, E and density",
-        axes: r#"["z", "y", "-x"]"#,
-        parameters: &["youngs_modulus", "density"],
-    },
-    Assumption {
-        name: "opposite sign, E and density",
-        axes: r#"["-z", "-y", "x"]"#,
-        parameters: &["youngs_modulus", "density"],
-    },
+/// Both signs of the wrench.
+pub const ASSUMPTIONS: [Assumption; 2] = [
+    Assumption { name: "wrench on the rod", sign: 1.0 },
+    Assumption { name: "wrench of the rod", sign: -1.0 },
 ];
 
 /// Columns of the poses in the table: those of the start and of the end.
@@ -82,7 +68,12 @@ pub fn fit(table: &Path, assumption: &Assumption, work: &Path) -> Result<String,
         };
         let pose = own(&poses);
         grippers += &format!("{start},{pose}\n{},{pose}\n", start + HOLD);
-        readings += &format!("{},{}\n", start + HOLD, own(&wrench));
+        readings += &(start + HOLD).to_string();
+        for column in &wrench {
+            let value: f64 = cells.get(*column).ok_or("a row is too short")?.parse()?;
+            readings += &format!(",{}", assumption.sign * value);
+        }
+        readings.push('\n');
         start += HOLD + MOVE;
     }
     std::fs::write(work.join("grippers.csv"), grippers)?;
@@ -91,14 +82,11 @@ pub fn fit(table: &Path, assumption: &Assumption, work: &Path) -> Result<String,
     let mut text = String::from("scene = \"poses-scene.toml\"\n");
     for quantity in ["force", "moment"] {
         text += &format!(
-            "[[observation]]\nquantity = {quantity:?}\nof = \"start\"\nfile = \"wrench.csv\"\naxes = {}\n\
-             tare = \"free\"\n",
-            assumption.axes
+            "[[observation]]\nquantity = {quantity:?}\nof = \"start\"\nfile = \"wrench.csv\"\n\
+             axes = [\"z\", \"y\", \"-x\"]\ntare = \"free\"\n"
         );
     }
-    for parameter in assumption.parameters {
-        text += &format!("[[parameter]]\nname = {parameter:?}\n");
-    }
+    text += "[[parameter]]\nname = \"youngs_modulus\"\n";
     // The residuals are as large as the readings: the discretization error is of no interest.
     Ok(text + "[analysis]\ndiscretization_error = \"none\"\n")
 }

@@ -25,15 +25,17 @@ pub struct Recordings {
     pub step: f64,
 }
 
-/// The recordings of the arm.
-pub const RECORDED: Recordings = Recordings {
-    folder: PathBuf::new(),
-    takes: &["flat_15cm", "flat_35cm", "down_15cm", "down_35cm", "up_15cm", "up_35cm"],
-    time_zero: 0.002,
-    window: [2.0, 6.0],
-    segments: 12,
-    step: 0.0025,
-};
+/// The recordings of the arm, whose tables are in `folder`.
+pub fn recorded(folder: PathBuf) -> Recordings {
+    Recordings {
+        folder,
+        takes: &["flat_15cm", "flat_35cm", "down_15cm", "down_35cm", "up_15cm", "up_35cm"],
+        time_zero: 0.002,
+        window: [2.0, 6.0],
+        segments: 12,
+        step: 0.0025,
+    }
+}
 
 /// Keys of a moment about the bending axis, after the file.
 const MOMENT: &str = r#"quantity = "moment"
