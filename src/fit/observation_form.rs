@@ -183,6 +183,9 @@ struct ObservationKeys {
     tare: Option<TareForm>,
     /// Filter of the sensor, which is applied to the model too.
     filter: Option<SensorFilter>,
+    /// First and last time of the readings of a sensor that are used, s after the start of the motion; default: all.
+    #[serde(default, deserialize_with = "crate::input::arrays::some_numbers")]
+    window: Option<[f64; 2]>,
 }
 
 impl ObservationForm {
@@ -236,7 +239,7 @@ impl ObservationForm {
                 None => None,
             };
             let rotation = form.rotation.unwrap_or_default();
-            let (of, tare, filter) = (form.of, form.tare, form.filter);
+            let (of, tare, filter, window) = (form.of, form.tare, form.filter, form.window);
             let form = SensorForm {
                 quantity,
                 of,
@@ -246,6 +249,7 @@ impl ObservationForm {
                 offset,
                 tare,
                 filter,
+                window,
                 recording,
                 sigma,
                 loss,
@@ -258,6 +262,7 @@ impl ObservationForm {
             GivenKey("rotation", form.rotation.is_some()),
             GivenKey("tare", form.tare.is_some()),
             GivenKey("filter", form.filter.is_some()),
+            GivenKey("window", form.window.is_some()),
         ];
         let allowed = "together with quantity only";
         refuse_given(key, &sensors, "a key of a sensor", allowed)?;

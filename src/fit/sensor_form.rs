@@ -80,6 +80,8 @@ pub(crate) struct SensorForm {
     pub tare: Option<TareForm>,
     /// Filter of the sensor.
     pub filter: Option<SensorFilter>,
+    /// First and last time of the readings that are used, s after the start of the motion.
+    pub window: Option<[f64; 2]>,
     /// Interpretation of the file.
     pub recording: Recording,
     /// Standard deviation of a reading, in the unit of the quantity.
@@ -104,6 +106,12 @@ impl SensorForm {
         if let Some(filter) = self.filter {
             positive(&format!("{key}.filter.low_pass"), filter.low_pass)?;
         }
+        if let Some([first, last]) = self.window {
+            let found = format!("[{first}, {last}]");
+            let is_valid = first.is_finite() && last.is_finite() && first < last;
+            let allowed = "two times in s, the first one smaller";
+            ensure(is_valid, format!("{key}.window"), found, allowed)?;
+        }
         let recording = &self.recording;
         let positions = [
             GivenKey("format", recording.format.is_some()),
@@ -123,6 +131,7 @@ impl SensorForm {
             columns: recording.columns.as_ref(),
             fps: recording.fps,
             time_zero: recording.time_zero,
+            window: self.window,
         };
         let read = table.read(&path)?;
         let mut measurements = Vec::new();

@@ -216,6 +216,21 @@ fn table_of_simulation_is_read_as_observation() {
     }
 }
 
+/// Readings outside the window, here wrong ones, have no effect; those at its ends belong to it.
+#[test]
+fn window_selects_readings_by_time() {
+    let folder = files(&short());
+    let keys = "quantity = \"force\"\nof = \"start\"\nsigma = 1.0\ntime_zero = 1.0\nwindow = [0.01, 0.03]";
+    let table = "t,fx,fy\n1.0,9,9\n1.009,9,9\n1.01,1,2\n1.02,3,\n1.03,5,6\n1.031,9,9\n";
+    std::fs::write(folder.path().join("nodes.csv"), table).unwrap();
+    let file = fit_file(&folder, keys).unwrap();
+    let values = |component: usize| -> Vec<f64> {
+        let readings = file.experiments[0].measurements[component].data.readings();
+        readings.iter().map(|reading| reading.value).collect()
+    };
+    assert_eq!([values(0), values(1)], [vec![1.0, 3.0, 5.0], vec![2.0, 6.0]]);
+}
+
 #[test]
 fn invalid_keys_of_sensors_are_named() {
     let folder = files(&short());
@@ -229,6 +244,8 @@ fn invalid_keys_of_sensors_are_named() {
         (format!("{of}tare = \"free\"\nloss = \"huber\""), "observation[0].tare"),
         ("tare = \"free\"".into(), "observation[0].tare"),
         ("filter = { low_pass = 5.0 }".into(), "observation[0].filter"),
+        ("window = [0.1, 0.2]".into(), "observation[0].window"),
+        (format!("{of}window = [0.2, 0.1]"), "observation[0].window"),
         ("of = \"start\"".into(), "observation[0].of"),
     ] {
         let [found, ..] = refused(fit_file(&folder, &keys));
@@ -244,6 +261,9 @@ fn invalid_keys_of_sensors_are_named() {
     fails(of, "t,fx\n-0.01,1\n", "time_zero");
     fails(of, "frame,fx\n1,1\n", "fps");
     fails(of, "t,fx\n5.0,1\n", "time.end");
+    let window = format!("{of}window = [0.1, 0.2]");
+    fails(&window, "t,fx\n0.05,1\n", "window from 0.1 to 0.2 s");
+    fails(&window, "fx\n1\n", "window and no clock");
     let mut free = short();
     free.supports.start = Support::Free;
     let sensor = Sensor::new(shear(), vec![Reading { time: Some(0.01), value: 1.0 }]).sigma(0.1);

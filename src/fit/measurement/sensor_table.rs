@@ -2,13 +2,13 @@
 //! without one at rest.
 //!
 //! Input: a file (table of numbers, by its header or the key `columns`), the quantity, the end of the rod, the frame
-//! rate and the start of the motion. Moments may also be named `tx`, `ty`, `tz`. Names of forces and moments may begin
-//! with the end, as `start_fx`, and end with the SI unit: `fx_n`, `mx_nm`, `mx_n_m`. Units in brackets: N, mN, kN; `N
-//! m`, `mN m`, `N mm`; m/s^2, mm/s^2, g; rad, mrad, deg; 1/m, 1/mm; %, um/m. Output: the readings of every component
-//! that the file has, s and N, N m, m/s^2, rad, 1/m or parts of the length. The numbers of rows that were left out,
-//! before the start and without a value, are output too. A file that is no table or has no component or reading, other
-//! units, a blank clock, frames without a rate, and times that are negative without a start are errors with file and
-//! line.
+//! rate, the start of the motion and the window of the readings. Moments may also be named `tx`, `ty`, `tz`. Names of
+//! forces and moments may begin with the end, as `start_fx`, and end with the SI unit: `fx_n`, `mx_nm`, `mx_n_m`. Units
+//! in brackets: N, mN, kN; `N m`, `mN m`, `N mm`; m/s^2, mm/s^2, g; rad, mrad, deg; 1/m, 1/mm; %, um/m. Output: the
+//! readings of every component that the file has, s and N, N m, m/s^2, rad, 1/m or parts of the length. The numbers of
+//! rows that were left out, before the start and without a value, are output too. A file that is no table or has no
+//! component or reading, other units, a blank clock, frames without a rate, times that are negative without a start,
+//! and a window without a clock are errors with file and line.
 
 use crate::error::Error;
 use crate::fit::measurement::reading::Reading;
@@ -19,6 +19,9 @@ use marker_files::{
 };
 use serde::Deserialize;
 use std::path::Path;
+
+/// Tolerance of the ends of a window, s: rounding errors of times since the start of the motion.
+const WINDOW_TOLERANCE: f64 = 1e-9;
 
 /// Quantity of a sensor in a fit file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
@@ -91,6 +94,8 @@ pub(crate) struct SensorTable<'a> {
     pub fps: Option<f64>,
     /// Time on the file's own clock, in its unit, at which the motion starts.
     pub time_zero: Option<f64>,
+    /// First and last time of the readings that are used, s after the start of the motion; `None`: all.
+    pub window: Option<[f64; 2]>,
 }
 
 /// Readings of the three components, empty for a component that the file does not have, and dropped rows.
@@ -108,16 +113,21 @@ struct TableClock {
 
 impl SensorTable<'_> {
     /// Reads the components of a sensor from the file at `path`, in SI units, s after the start of the motion. Rows
-    /// before a given start and rows without a value are left out and counted.
+    /// before a given start and rows without a value are left out and counted. Rows outside the window are left out.
     ///
     /// # Errors
     /// A file that cannot be read or is no table, without a component or any reading, or with another unit. Times that
-    /// cannot be used: blank, negative without a start, or frames without a rate. A start that is not finite.
+    /// cannot be used: blank, negative without a start, or frames without a rate. A start that is not finite. A
+    /// window of a table without a clock.
     pub fn read(&self, path: &Path) -> Result<ComponentReadings, Error> {
         let bytes = marker_files::file::data(path)?;
         let table = Table::of_columns(path, &bytes, self.columns)?;
         let columns = self.component_columns(&table)?;
         let clock = self.clock(&table)?;
+        if clock.is_none() && self.window.is_some() {
+            let message = "found the key window and no clock, allowed: a column t, time or frame";
+            return Err(table.error(1, message).into());
+        }
         let start = self.time_zero.unwrap_or(0.0);
         if !start.is_finite() {
             let message = format!("found time_zero = {start}, allowed: a finite number");
@@ -140,6 +150,11 @@ impl SensorTable<'_> {
                 read.dropped.before_time_zero += 1;
                 continue;
             }
+            if let (Some(time), Some([first, last])) = (time, self.window)
+                && !(first - WINDOW_TOLERANCE..=last + WINDOW_TOLERANCE).contains(&time)
+            {
+                continue;
+            }
             let mut is_empty = true;
             for (readings, column) in read.components.iter_mut().zip(columns) {
                 let Some((column, unit)) = column else { continue };
@@ -149,12 +164,14 @@ impl SensorTable<'_> {
             }
             read.dropped.empty += usize::from(is_empty);
         }
-        match read.components.iter().all(Vec::is_empty) {
-            true => Err(table
-                .error(1, "found no reading, allowed: at least one row with a value")
-                .into()),
-            false => Ok(read),
+        if !read.components.iter().all(Vec::is_empty) {
+            return Ok(read);
         }
+        let within = self.window.map_or(String::new(), |[first, last]| {
+            format!(" in the window from {first} to {last} s after the start of the motion")
+        });
+        let message = format!("found no reading{within}, allowed: at least one row with a value");
+        Err(table.error(1, &message).into())
     }
 
     /// The column of each of the three components, with the factor to the SI unit; `None` for a component that the

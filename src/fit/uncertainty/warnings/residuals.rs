@@ -97,8 +97,10 @@ pub(crate) fn unexplained_motion(
         let (name, size) = (&experiment.name, own.size());
         let relative = rms / size.max(f64::MIN_POSITIVE);
         let unit = measurement.data_unit();
+        let is_sensor = !measurement.data.readings().is_empty();
+        let observed = if is_sensor { "variation of the readings" } else { "observed motion" };
         let finding = format!(
-            "{}: the residuals are {} of the observed motion ({} of {})",
+            "{}: the residuals are {} of the {observed} ({} of {})",
             experiment.label(measurement),
             percent(relative),
             format!("{:.3e} {}", rms / unit.size, unit.name).trim_end(),
@@ -119,10 +121,13 @@ pub(crate) fn unexplained_motion(
             // The mean of the observed motion has residuals of its size.
             let is_worthless = relative >= 1.0;
             let severity = if is_worthless { Severity::Worthless } else { Severity::Unexplained };
-            let text = format!(
-                "{finding}. The estimates may be wrong. Check the set-up: release time, scale, origin, tracked \
-                 point, dimensions"
-            );
+            let setup = match is_sensor {
+                true => {
+                    "start of the motion, axes, sign and unit of the sensor, its place, dimensions"
+                }
+                false => "release time, scale, origin, tracked point, dimensions",
+            };
+            let text = format!("{finding}. The estimates may be wrong. Check the set-up: {setup}");
             warnings.add_for(name, severity, Code::LargeResiduals, text);
         }
         // A stated sigma is a second scale, independent of the size of the motion.
