@@ -6,7 +6,7 @@ use rodfit::campaign::{Admission, Collected, Outcome, Plan, Shard, Status, Store
 use rodfit::fit::{ColumnKey, ColumnRule, ColumnRules};
 use rodfit::fit::{FitFile, Format, Inspection, Recording, RestShape};
 use rodfit::problem::ParameterList;
-use rodfit::scene::{Shape, Track};
+use rodfit::scene::{End, Shape, Track};
 use rodfit::{Error, Observation, Scene, Trajectory};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -14,7 +14,7 @@ use std::sync::{Arc, OnceLock};
 use std::time::{Duration, Instant};
 
 /// The targets by name: what is read, in which format.
-pub const TARGETS: [(&str, Target); 22] = [
+pub const TARGETS: [(&str, Target); 24] = [
     ("scene", Target::Scene),
     ("fit", Target::Fit),
     ("csv", Target::Markers(Format::Csv)),
@@ -30,6 +30,8 @@ pub const TARGETS: [(&str, Target); 22] = [
     ("trc", Target::Markers(Format::Trc)),
     ("sto", Target::Markers(Format::Sto)),
     ("c3d", Target::Markers(Format::C3d)),
+    ("poses", Target::Poses),
+    ("accelerations", Target::Accelerations),
     ("campaign", Target::Campaign),
     ("table", Target::CampaignTable),
     ("tasks", Target::Tasks),
@@ -45,6 +47,10 @@ pub enum Target {
     Scene,
     Fit,
     Markers(Format),
+    /// Poses of grippers: a table, or rigid bodies of Motive.
+    Poses,
+    /// The log of an accelerometer, or positions of one point.
+    Accelerations,
     /// A campaign file: how many tasks it makes, and the plan of a small one.
     Campaign,
     /// The table of a campaign.
@@ -80,6 +86,14 @@ impl Target {
             (Self::Markers(format), _) => {
                 std::fs::write(place, bytes).expect("the place can be written");
                 markers(place, format)
+            }
+            (Self::Poses, _) => {
+                std::fs::write(place, bytes).expect("the place can be written");
+                poses(place, bytes)
+            }
+            (Self::Accelerations, _) => {
+                std::fs::write(place, bytes).expect("the place can be written");
+                accelerations(place)
             }
             (Self::CampaignTable, _) => {
                 std::fs::write(place, bytes).expect("the place can be written");
@@ -308,6 +322,28 @@ fn markers(path: &Path, format: Format) -> bool {
     }
     let _ = Track::read_as(path, &said, &[]);
     true
+}
+
+/// Whether times and recorded positions of a track are finite.
+fn is_finite(track: &Track) -> bool {
+    let seen = track.markers().iter().flat_map(|marker| marker.seen.iter().flatten().flatten());
+    seen.chain(track.times()).all(|x| x.is_finite())
+}
+
+fn poses(path: &Path, bytes: &[u8]) -> bool {
+    let bodies = marker_files::read_bodies(path, bytes);
+    let names = bodies.map(|read| read.bodies.into_iter().map(|body| body.name).collect());
+    let names: Vec<String> = names.unwrap_or_default();
+    let names = names.iter().map(|name| Some(&name[..])).chain([None]);
+    let tracks = names.map(|name| Track::read_poses(path, Some(0.0), None, End::Start, name));
+    let tracks: Vec<Track> = tracks.filter_map(Result::ok).collect();
+    assert!(tracks.iter().all(is_finite));
+    !tracks.is_empty()
+}
+
+fn accelerations(path: &Path) -> bool {
+    let tracks = [None, Some(0.0)].map(|start| Track::read_one(path, start));
+    tracks.into_iter().flatten().map(|track| assert!(is_finite(&track))).count() > 0
 }
 
 /// The files that a target begins with.

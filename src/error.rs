@@ -381,9 +381,9 @@ impl From<marker_files::Error> for Error {
             marker_files::Error::Io { path, source } => Self::io(&path, source),
             marker_files::Error::Data { path, line, message } => Self::Data { path, line, message },
             marker_files::Error::Accelerations { path, allowed } => {
-                // Only the prescribed motion of an end takes accelerations: the message names its key.
-                let found = "accelerations instead of positions. Give accelerations `ax, ay, az` \
-                             of a moved end in [[supports.motion]]";
+                // The message names the keys of tables that take accelerations.
+                let found = "accelerations instead of positions. Give those of a moved end in [[supports.motion]], \
+                             and those of a point of the rod with quantity = \"acceleration\" in [[observation]]";
                 Self::Data { path, line: 1, message: format!("found {found}, allowed: {allowed}") }
             }
             other => Self::Fit(other.to_string()),

@@ -10,6 +10,7 @@ All numbers are in SI units.
 
 from ._errors import ComputationError, InputError, RodfitError
 from ._fit import Fit
+from ._hdf5 import hdf5_to_csv
 from ._reports import Design, Prediction
 from ._residuals import Residuals
 from ._result import FitResult, Parameter
@@ -34,4 +35,5 @@ __all__ = [
     "Structure",
     "StructureRun",
     "__version__",
+    "hdf5_to_csv",
 ]

@@ -28,6 +28,9 @@ table! {
     /// How a gripper, whose position and rotation are recorded, holds the end of the rod.
     #[derive(Default)]
     pub struct GripperPose {
+        /// Name of the rigid body in an export of OptiTrack Motive; default: the only one. Tables have no bodies.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        pub body: Option<String>,
         /// Axes of the gripper along tangent (from start to end of the rod), first and second director of the rod, as
         /// `["z", "x", "y"]`; default: x, y and z.
         #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -62,6 +65,7 @@ impl<D: Scalar> GripperPose<D> {
     /// The same table with its numbers converted by `convert`.
     pub(super) fn map<E>(&self, convert: impl Fn(D) -> E + Copy) -> GripperPose<E> {
         GripperPose {
+            body: self.body.clone(),
             axes: self.axes,
             offset: self.offset.map(convert),
             rotation: self.rotation.map(convert),

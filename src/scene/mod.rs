@@ -102,6 +102,7 @@ pub use path::Recorded;
 pub use plane::Plane;
 pub use point::{Point, Stencil};
 pub use prescribed_motion::Motion;
+pub use recorded_point::{SubtractedMean, Subtraction};
 pub use resolution::{Chosen, Resolution};
 pub use rod::{Dimension, Discretization, RodSpec};
 pub use scene_file::SceneFile;

@@ -80,6 +80,8 @@ impl<D: Scalar> ObstacleMotion<D> {
             file: self.file.clone(),
             columns: self.columns.clone(),
             time_zero: self.time_zero,
+            axes: None,
+            subtract: None,
             pose: None,
             track: self.track.clone(),
         }

@@ -4,12 +4,13 @@
 //! rotation from the axes of the gripper to those of the world: the quaternion `qw, qx, qy, qz`, the rotation vector
 //! `rx, ry, rz`, rad, or the unit axis `ux, uy, uz` with the `angle`, rad. Names may begin with the end of the rod, as
 //! `start_x`. Other columns are ignored. Rows before a given start time, in the unit of the file's clock, are skipped;
-//! rows with blanks only are missing frames.
+//! rows with blanks only are missing frames. Instead of a table the file may be an export of OptiTrack Motive, whose
+//! rigid bodies have positions and rotations.
 //!
 //! Output: the [`Track`] of three points of the gripper ([`gripper_frame`](crate::scene::gripper_frame)), m and s.
 //!
 //! Errors, with file and line: a rotation in no form or in several, a partly blank row, a clock that does not increase
-//! or does not start at 0, an axis whose length is not 1 within 1 %, and invalid or too distant poses of the track.
+//! or does not start at 0, a rigid body that the file does not have, an axis whose length is not 1 within 1 %, and invalid or too distant poses of the track.
 
 use crate::error::Error;
 use crate::numerics::vector::{Vector, dot, scale};
@@ -17,7 +18,7 @@ use crate::scene::gripper_frame::{GripperFrame, PosedFrames, check_length};
 use crate::scene::support::End;
 use crate::scene::track::{CLOCK_TOLERANCE, TIME_ZERO_REMEDY, Track, check_clock};
 use marker_files::table::{LENGTHS, TIMES, Table, TableRow};
-use marker_files::{ANGLES, ColumnRules};
+use marker_files::{ANGLES, ColumnRules, Format, RecordedBodyPose};
 use std::path::Path;
 
 /// Columns of the rotation in a table, with the factors of their units.
@@ -39,17 +40,29 @@ struct PoseColumns {
 impl Track {
     /// Reads the motion of a gripper from the table of numbers at `path`. `columns` states the columns of the clock,
     /// the position and the rotation, if the header has other names. Names may begin with `end`. Rows before
-    /// `time_zero`, on the file's clock and in its unit, are skipped, and times count from there; 0 if absent.
+    /// `time_zero`, on the file's clock and in its unit, are skipped, and times count from there; 0 if absent. An export
+    /// of OptiTrack Motive has the poses of rigid bodies, of which `body` is the name; without a name it is the only
+    /// one.
     ///
     /// # Errors
-    /// A file that cannot be read or is no table, and those of the module's header, with the line.
+    /// A file that cannot be read or is no table, and those of the module's header, with the line. Columns of an export,
+    /// and a body of a table.
     pub fn read_poses(
         path: &Path,
         time_zero: Option<f64>,
         columns: Option<&ColumnRules>,
         end: End,
+        body: Option<&str>,
     ) -> Result<Self, Error> {
-        let bytes = marker_files::file::data(path)?;
+        let (format, bytes) = marker_files::open(path, columns.map(|_| Format::Csv))?;
+        let refused = |message: String| Error::from(marker_files::Error::data(path, 1, message));
+        if format == Format::Motive {
+            return Self::of_body(path, &bytes, time_zero, body);
+        }
+        if let Some(body) = body {
+            let message = format!("found body = {body:?}, allowed: with an export of Motive only");
+            return Err(refused(message));
+        }
         let table = Table::of_columns(path, &bytes, columns)?;
         let columns = PoseColumns::find(&table, end)?;
         let (mut times, mut frames) = (Vec::<f64>::new(), PosedFrames::default());
@@ -74,6 +87,35 @@ impl Track {
             times.push(time);
         }
         Ok(frames.into_track(times).map_err(|message| table.error(1, &message))?)
+    }
+
+    /// The motion of a rigid body in the bytes of an export of Motive. Frames before `time_zero`, s, are skipped.
+    fn of_body(
+        path: &Path,
+        bytes: &[u8],
+        time_zero: Option<f64>,
+        body: Option<&str>,
+    ) -> Result<Self, Error> {
+        let read = marker_files::read_bodies(path, bytes)?;
+        let at = |line: u64, message: String| marker_files::Error::data(path, line, message);
+        let body = read.select(body).map_err(|message| at(1, message))?;
+        let (mut times, mut frames) = (Vec::new(), PosedFrames::default());
+        for ((line, clock), pose) in read.lines.iter().zip(&read.times).zip(&body.poses) {
+            let time = clock - time_zero.unwrap_or(0.0);
+            if time_zero.is_some() && time < -CLOCK_TOLERANCE {
+                continue;
+            }
+            if times.is_empty() {
+                check_clock(time, TIME_ZERO_REMEDY).map_err(|message| at(*line, message))?;
+            }
+            let frame = pose.map(|RecordedBodyPose { position, quaternion }| GripperFrame {
+                position,
+                quaternion,
+            });
+            frames.push(frame).map_err(|message| at(*line, message))?;
+            times.push(time);
+        }
+        Ok(frames.into_track(times).map_err(|message| at(1, message))?)
     }
 }
 

@@ -18,10 +18,11 @@ use crate::error::Error;
 use crate::numerics::scalar::Scalar;
 use crate::scene::gripper_pose::{EndPose, GripperPose};
 use crate::scene::number::{Quantity, is_default};
+use crate::scene::recorded_point::{PointReading, Subtraction};
 use crate::scene::support::{End, Support};
 use crate::scene::table::{TABLE, table};
 use crate::scene::track::Track;
-use marker_files::ColumnRules;
+use marker_files::{Axes, ColumnRules};
 use std::f64::consts::TAU;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -53,7 +54,8 @@ table! {
         pub frequency: Option<D> = Quantity::positive("Hz"),
         /// Recording of the motion, relative to the scene file: a CSV file with a clock `t` and columns
         /// x, y, z of a point that moves with the end, m, or `ax, ay, az` of an accelerometer that
-        /// starts at rest, m/s^2. With `pose`: columns of position and rotation of the gripper.
+        /// starts at rest, m/s^2. With `pose`: columns of position and rotation of the gripper, or an export of
+        /// OptiTrack Motive with rigid bodies.
         #[serde(default, skip_serializing_if = "is_default")]
         pub file: PathBuf,
         /// Columns of the recording by name or number, where the header has other names or is missing.
@@ -62,6 +64,14 @@ table! {
         /// Time on the recording's own clock, in its unit, at which the simulation starts; default 0.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         pub time_zero: Option<f64>,
+        /// Axes of the recording that are the world's x, y and z, as `["x", "z", "-y"]`; default: its own.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        pub axes: Option<Axes>,
+        /// Acceleration that is subtracted from recorded accelerations, in axes of the sensor: `"mean"`, that over the
+        /// motion, which begins and ends at rest; `"rest"`, the mean of the rows before `time_zero`; or three numbers,
+        /// m/s^2. Default: none.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        pub subtract: Option<Subtraction>,
         /// The recording has position and rotation of the gripper of a clamped end, which this table relates to the
         /// rod.
         #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -112,6 +122,8 @@ impl<D: Scalar> Motion<D> {
             file: self.file.clone(),
             columns: self.columns.clone(),
             time_zero: self.time_zero,
+            axes: self.axes,
+            subtract: self.subtract,
             pose: self.pose.as_ref().map(|pose| pose.map(convert)),
             track: self.track.clone(),
         }
@@ -171,9 +183,17 @@ impl Motion {
             None => {
                 let file = marker_files::file::at(folder, &self.file);
                 let columns = self.columns.as_ref();
-                let track = match self.pose {
-                    Some(_) => Track::read_poses(&file, self.time_zero, columns, self.end),
-                    None => Track::read_point(&file, self.time_zero, columns),
+                let track = match &self.pose {
+                    Some(pose) => {
+                        let body = pose.body.as_deref();
+                        Track::read_poses(&file, self.time_zero, columns, self.end, body)
+                    }
+                    None => {
+                        let (time_zero, axes, subtract) =
+                            (self.time_zero, self.axes, self.subtract);
+                        let reading = PointReading { time_zero, columns, axes, subtract };
+                        Track::read_point(&file, &reading)
+                    }
                 };
                 track?.into()
             }
@@ -211,6 +231,22 @@ impl Motion {
         }
         if let Some(columns) = self.columns.as_ref().filter(|_| is_default(&self.file)) {
             return invalid("columns", columns, "with the file of a recording only");
+        }
+        let own = [
+            ("axes", self.axes.is_some(), "axes in pose"),
+            ("subtract", self.subtract.is_some(), "with accelerations only"),
+        ];
+        for (name, _, remedy) in own.into_iter().filter(|(_, is_given, _)| *is_given) {
+            if is_default(&self.file) {
+                return invalid(
+                    name,
+                    &"this key without file",
+                    "with the file of a recording only",
+                );
+            }
+            if self.pose.is_some() {
+                return invalid(name, &"this key beside pose", remedy);
+            }
         }
         if self.ramp.is_some() && self.frequency.is_some() {
             return invalid("frequency", &"both ramp and frequency", "one of the two");

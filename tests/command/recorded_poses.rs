@@ -111,6 +111,72 @@ fn all_forms_of_a_rotation_give_the_same_motion() {
     same("columns", &replaced(SCENE, "pose =", columns), &csv);
 }
 
+/// An export of Motive with the poses of the gripper as the rigid body `hand`, in mm, beside another body; frame 8 has
+/// no pose of that one. `rotation` is the setting, and returns the columns of a rotation vector, rad.
+fn motive(setting: &str, columns: &str, rotation: impl Fn([f64; 3]) -> String) -> String {
+    let width = columns.split(',').count();
+    let repeated = |text: &str, count: usize| format!(",{text}").repeat(count);
+    let pose = |name: &str| repeated(name, width + 3);
+    let properties = repeated("Rotation", width) + &repeated("Position", 3);
+    let header = format!(
+        "Format Version,1.23,Take Name,rod,Rotation Type,{setting},Length Units,Millimeters,Coordinate Space,Global\n\n\
+         ,Type{}{},Rigid Body\n,Name{}{},hand\n,ID{}{},2\n,{properties}{properties},Mean Marker Error\n\
+         Frame,Time (Seconds),{columns},X,Y,Z,{columns},X,Y,Z,",
+        pose("Rigid Body"),
+        pose("Rigid Body"),
+        pose("table"),
+        pose("hand"),
+        pose("1"),
+        pose("2"),
+    );
+    table(&header, |t, turn, place| {
+        let [x, y, z] = place.map(|c| c * 1e3);
+        let frame = (t * 100.0).round() as u32;
+        let other = match frame {
+            8 => ",".repeat(width + 3),
+            _ => format!(",{},1,2,3", rotation([0.0; 3])),
+        };
+        format!("{frame},{t:.9}{other},{},{x},{y},{z},0.1", rotation(turn))
+    })
+}
+
+/// Angles, deg, of the relative rotations about x, y and z, in this order, with the rotation of a vector, rad.
+fn euler(turn: [f64; 3]) -> [f64; 3] {
+    let q = quaternion(turn);
+    let column = |v| crate::common::poses::rotated(q, v);
+    let [a, b, c] = [column([1.0, 0.0, 0.0]), column([0.0, 1.0, 0.0]), column([0.0, 0.0, 1.0])];
+    // R_x(p) R_y(h) R_z(r): the first row is (cos h cos r, -cos h sin r, sin h).
+    [(-c[1]).atan2(c[2]), c[0].asin(), (-b[0]).atan2(a[0])].map(f64::to_degrees)
+}
+
+#[test]
+fn rigid_bodies_of_motive_drive_an_end_as_a_table_does() {
+    let expected = tip(SCENE, &quaternions());
+    let scene = replaced(SCENE, "pose = {", "pose = { body = \"Hand\",");
+    let quaternion_file = motive("Quaternion", "X,Y,Z,W", |turn| {
+        let [w, x, y, z] = quaternion(turn);
+        format!("{x},{y},{z},{w}")
+    });
+    let euler_file = motive("XYZ", "X,Y,Z", |turn| {
+        let [x, y, z] = euler(turn);
+        format!("{x},{y},{z}")
+    });
+    for (name, csv) in [("quaternion", &quaternion_file), ("angles", &euler_file)] {
+        let found = tip(&scene, csv);
+        let off = found.iter().zip(&expected).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        println!("{name}: {off:e}");
+        assert!(off < 1e-9, "{name}: {found:?} {expected:?}");
+    }
+    is_refused(SCENE, &quaternion_file, &["robot.csv:1: ", "the key body", "table, hand"]);
+    let other = replaced(SCENE, "pose = {", "pose = { body = \"foot\",");
+    is_refused(&other, &quaternion_file, &["robot.csv:1: ", "`foot`", "table, hand"]);
+    is_refused(&scene, &quaternions(), &["robot.csv:1: ", "body = \"Hand\"", "Motive"]);
+    let local = quaternion_file.replace("Space,Global", "Space,Local");
+    is_refused(&scene, &local, &["robot.csv:1: ", "Coordinate Space `Local`", "Global"]);
+    let partial = quaternion_file.replacen(",1,2,3,", ",1,,3,", 1);
+    is_refused(&scene, &partial, &["robot.csv:8: ", "`table`", "1 of 7 numbers blank"]);
+}
+
 #[test]
 fn invalid_poses_are_refused_with_file_line_and_allowed_values() {
     let ok = quaternions();

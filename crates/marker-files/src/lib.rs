@@ -5,7 +5,8 @@
 //! states what the file does not: the marker, the frame rate, the scale of an image, the origin, the axes and the start
 //! of the motion. [`load`] opens and parses a file by the keys of a recording. [`read`] also converts one marker and
 //! returns a [`MarkerTrajectory`] in seconds and meters; [`read_several`] does so for markers by their names. Files and
-//! lines that cannot be used are an [`Error`] with the path, and in general the line. [`table`] reads tables of
+//! lines that cannot be used are an [`Error`] with the path, and in general the line. [`read_bodies`] reads the
+//! poses of rigid bodies of Motive, [`AccelerationColumns`] finds accelerations in a table. [`table`] reads tables of
 //! numbers, [`file`](mod@file) whole files, and [`printable`] prepares texts of files for messages.
 //!
 //! ```
@@ -43,6 +44,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod accelerations;
 mod axes;
 mod columns;
 mod decimals;
@@ -62,15 +64,18 @@ mod trajectory;
 mod units;
 mod unknown_file;
 
+pub use accelerations::AccelerationColumns;
 pub use axes::Axes;
 pub use columns::{ColumnKey, ColumnRule, ColumnRules, ColumnWithUnit};
 pub use error::Error;
 pub use format::Format;
 pub use marker_file::{Clock, FrameReading, LengthUnit, MarkerData, MarkerFile, is_same_name};
-pub use programs::{load, open, parse};
+pub use programs::{
+    RecordedBodies, RecordedBody, RecordedBodyPose, load, open, parse, read_bodies,
+};
 pub use recording::{
     AxisColumns, ClockedColumns, Converted, NOT_FINITE, Recording, Vertical, is_finite,
 };
 pub use sigma::{AxisColumnNames, SigmaColumns};
 pub use trajectory::{Dropped, MarkerTrajectory, read, read_several};
-pub use units::{ACCELERATIONS, ANGLES, CURVATURES, FORCES, MOMENTS, STRAINS};
+pub use units::{ACCELERATIONS, ANGLES, CURVATURES, FORCES, MOMENTS, STANDARD_GRAVITY, STRAINS};

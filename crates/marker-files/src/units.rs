@@ -27,9 +27,17 @@ pub const MOMENTS: [(&str, f64); 8] = [
     ("N*mm", 1e-3),
 ];
 
+/// Standard acceleration of gravity, m/s^2, the unit g.
+pub const STANDARD_GRAVITY: f64 = 9.80665;
 /// Units of acceleration with their sizes in m/s^2. The standard acceleration of gravity is exact (CGPM 1901).
-pub const ACCELERATIONS: [(&str, f64); 5] =
-    [("m/s^2", 1.0), ("m/s2", 1.0), ("m/s²", 1.0), ("mm/s^2", 1e-3), ("g", 9.80665)];
+pub const ACCELERATIONS: [(&str, f64); 6] = [
+    ("m/s^2", 1.0),
+    ("m/s2", 1.0),
+    ("m/s²", 1.0),
+    ("cm/s^2", 1e-2),
+    ("mm/s^2", 1e-3),
+    ("g", STANDARD_GRAVITY),
+];
 /// Units of angles with their sizes in rad.
 pub const ANGLES: [(&str, f64); 4] =
     [("rad", 1.0), ("mrad", 1e-3), ("deg", PI / 180.0), ("°", PI / 180.0)];

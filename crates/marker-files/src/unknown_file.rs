@@ -20,7 +20,11 @@ const BINARY: [(&[u8], &str); 19] = [
         b"PK\x03\x04",
         "a zip archive, such as a spreadsheet (.xlsx, .ods; save it as CSV) or a Capture file (.cap)",
     ),
-    (b"\x89HDF\r\n\x1a\n", "an HDF5 file (.h5, .mat, .slp); DeepLabCut and SLEAP also write CSV"),
+    (
+        b"\x89HDF\r\n\x1a\n",
+        "an HDF5 file (.h5, .mat, .slp), which is not read; rodfit.hdf5_to_csv in Python converts those of DeepLabCut and \
+         SLEAP, which also write CSV",
+    ),
     (b"MATLAB 5.0", "a MATLAB file (.mat)"),
     (b"\xd0\xcf\x11\xe0", "an old Office file (.xls)"),
     (b"\x1f\x8b", "a gzip archive"),
@@ -43,6 +47,10 @@ const BINARY: [(&[u8], &str); 19] = [
 /// files that are read. Texts are accepted.
 pub(crate) fn check_text(path: &Path, bytes: &[u8]) -> Result<(), Error> {
     match binary(bytes) {
+        Some(_) if is_zip_of_tables(bytes) => Err(unknown(
+            path,
+            "a zip archive of CSV tables, as phyphox exports; unpack it and name the table, such as Raw Data.csv",
+        )),
         Some(found) => Err(unknown(path, found)),
         None => Ok(()),
     }
@@ -97,6 +105,16 @@ fn binary(bytes: &[u8]) -> Option<&'static str> {
         _ if bytes.iter().take(EXAMINED).any(|b| *b == 0) => Some("a binary file"),
         _ => None,
     }
+}
+
+/// Whether bytes begin as a zip archive whose first file is a table: its name, at byte 30, ends with .csv or .txt.
+fn is_zip_of_tables(bytes: &[u8]) -> bool {
+    let (true, Some([low, high])) = (bytes.starts_with(b"PK\x03\x04"), bytes.get(26..28)) else {
+        return false;
+    };
+    let length = usize::from(u16::from_le_bytes([*low, *high]));
+    let Some(name) = bytes.get(30..30 + length) else { return false };
+    [&b".csv"[..], b".txt"].iter().any(|ending| name.to_ascii_lowercase().ends_with(ending))
 }
 
 /// The description of a text that is no table with a header, by its first two lines that are neither blank nor

@@ -1,7 +1,9 @@
 //! Exports of several programs with the same motion: 0, 1 and 2 mm along x, 5 mm along y, in steps of 10 ms. All are
 //! read to the same times and positions; standard deviations, errors and escaped control characters are tested too.
 
-use marker_files::{Error, Format, Recording, Vertical, open, parse, read, read_several};
+use marker_files::{
+    Error, Format, Recording, Vertical, open, parse, read, read_bodies, read_several,
+};
 use std::path::PathBuf;
 
 /// Name of the file, format that is to be recognized, and content.
@@ -186,4 +188,95 @@ fn names_of_trajectories_keep_their_commas_and_brackets() {
             assert!((x - 1e-3 * (k as f64 + 0.5)).abs() < 1e-15, "{name}: {x}");
         }
     }
+}
+
+/// An export of Motive with the rigid body `hand` in two frames, and the marker `tip`; `rows` are its last columns.
+fn bodies(setting: &str, columns: &str, rows: [&str; 3]) -> String {
+    let width = columns.split(',').count();
+    let repeated = |text: &str, count: usize| format!(",{text}").repeat(count);
+    let (body, own) = (repeated("Rigid Body", width + 3), repeated("hand", width + 3));
+    let properties = repeated("Rotation", width) + &repeated("Position", 3);
+    let marker = |text: &str| repeated(text, 3);
+    let rows: String = (0..3).map(|k| format!("{k},0.0{k},{},{k},5,0\n", rows[k])).collect();
+    format!(
+        "Format Version,1.23,Rotation Type,{setting},Length Units,Centimeters,Coordinate Space,Global\n\n\
+         ,Type{body}{}\n,Name{own}{}\n,{properties}{}\nFrame,Time (Seconds),{columns},X,Y,Z,X,Y,Z\n{rows}",
+        marker("Marker"),
+        marker("tip"),
+        marker("Position"),
+    )
+}
+
+#[test]
+fn rigid_bodies_have_poses_in_meters_and_quaternions() {
+    let path = PathBuf::from("take.csv");
+    let text = bodies("Quaternion", "X,Y,Z,W", ["0,0,0,1,10,20,30", ",,,,,,", "0.6,0,0,0.8,1,2,3"]);
+    let found = read_bodies(&path, text.as_bytes()).unwrap();
+    let hand = found.select(None).unwrap();
+    assert_eq!((&hand.name[..], &found.times[..]), ("hand", &[0.0, 0.01, 0.02][..]));
+    let poses = [0, 2].map(|k| hand.poses[k].unwrap());
+    assert_eq!(poses[0].position, [0.1, 0.2, 0.3]);
+    assert_eq!(poses[1].quaternion, [0.8, 0.6, 0.0, 0.0]);
+    assert_eq!(hand.poses[1], None);
+    assert!(
+        found.select(Some("foot")).unwrap_err().contains("`foot`, allowed: one of the names hand")
+    );
+    // The markers of the same file are read as before.
+    let file = parse(&path, Format::Motive, text.as_bytes()).unwrap();
+    assert_eq!(file.markers[0].name, "tip");
+    // 90 deg about x and then about the new z: the axes of the body are the world's z, -x and -y.
+    let half = std::f64::consts::FRAC_1_SQRT_2;
+    for (setting, angles, expected) in [
+        ("XYZ", "90,0,90", [0.5, 0.5, -0.5, 0.5]),
+        ("ZYX", "90,0,90", [0.5, 0.5, 0.5, 0.5]),
+        ("YXZ", "0,90,0", [half, 0.0, half, 0.0]),
+    ] {
+        let row = format!("{angles},1,2,3");
+        let text = bodies(setting, "X,Y,Z", [&row; 3]);
+        let found = read_bodies(&path, text.as_bytes()).unwrap();
+        let q = found.bodies[0].poses[0].unwrap().quaternion;
+        let error = q.iter().zip(expected).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        assert!(error < 1e-15, "{setting}: {q:?}");
+    }
+}
+
+#[test]
+fn faulty_rigid_bodies_are_rejected_with_their_line() {
+    let row = "0,0,0,1,10,20,30";
+    let text = bodies("Quaternion", "X,Y,Z,W", [row; 3]);
+    for (from, to, line, words) in [
+        ("Quaternion", "XXY", 1, "Rotation Type `XXY`"),
+        ("Quaternion", "XYZ", 6, "`hand` without all of its columns"),
+        ("Global", "Local", 1, "Coordinate Space `Local`"),
+        (
+            "Rigid Body,Rigid Body,Rigid Body,Rigid Body,Rigid Body,Rigid Body,Rigid Body",
+            "A,A,A,A,A,A,A",
+            3,
+            "no column of the type Rigid Body",
+        ),
+        ("X,Y,Z,W,", "X,Y,Y,W,", 6, "two columns of one coordinate of `hand`"),
+        ("1,0.01,0,0,0", "1,0.01,0,,0", 8, "1 of 7 numbers blank"),
+        ("1,0.01,0,0,0", "1,0.01,0,one,0", 8, "`one`"),
+        ("1,0.01,", "1,0.00,", 8, "increasing values"),
+        ("2,0.02,0,", "2,0.02,", 9, "found 11 fields, allowed: 12"),
+    ] {
+        assert!(text.contains(from), "{from} in {text}");
+        let error = read_bodies("take.csv".as_ref(), text.replacen(from, to, 1).as_bytes());
+        let error = error.unwrap_err().to_string();
+        assert!(error.contains(&format!("take.csv:{line}: ")) && error.contains(words), "{error}");
+    }
+}
+
+#[test]
+fn archive_of_phyphox_is_described() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("phyphox.zip");
+    // A local header of the format: 26 bytes, the lengths of name and extra field, and the name.
+    let mut bytes = b"PK\x03\x04".to_vec();
+    bytes.resize(26, 0);
+    bytes.extend([12, 0, 0, 0]);
+    bytes.extend(b"Raw Data.csv\x00\x01");
+    std::fs::write(&path, bytes).unwrap();
+    let error = read(&path, &Recording::default()).unwrap_err().to_string();
+    assert!(error.contains("zip archive of CSV tables, as phyphox exports; unpack it"), "{error}");
 }

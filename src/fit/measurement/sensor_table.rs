@@ -15,7 +15,8 @@ use crate::fit::measurement::reading::Reading;
 use crate::scene::End;
 use marker_files::table::{TIMES, Table, TableRow};
 use marker_files::{
-    ACCELERATIONS, ANGLES, CURVATURES, ColumnRules, Dropped, FORCES, MOMENTS, STRAINS,
+    ACCELERATIONS, ANGLES, AccelerationColumns, CURVATURES, ColumnRules, Dropped, FORCES, MOMENTS,
+    STRAINS,
 };
 use serde::Deserialize;
 use std::path::Path;
@@ -178,6 +179,19 @@ impl SensorTable<'_> {
     /// table does not have. Names may begin with the end of the rod. An error without any component, or for an unknown
     /// unit.
     fn component_columns(&self, table: &Table) -> Result<[Option<(usize, f64)>; 3], Error> {
+        // Logs of accelerometers have names of their own.
+        if self.quantity == SensorQuantity::Acceleration
+            && let Some(found) = AccelerationColumns::find(table)?
+        {
+            return match found.is_linear {
+                false => Ok(found.axes),
+                true => {
+                    let message = "found linear accelerations, from which the program has subtracted gravity, allowed: \
+                                   accelerations with gravity, as the sensor measures them";
+                    Err(table.error(1, message).into())
+                }
+            };
+        }
         let end = self.of.map(|of| match of {
             End::Start => "start",
             End::End => "end",
@@ -231,5 +245,44 @@ impl TableClock {
         let reading = row.values[self.column]
             .ok_or_else(|| table.error(row.line, "found a blank time, allowed: a number"))?;
         Ok((reading - start) * self.unit)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn read(text: &str) -> Result<ComponentReadings, String> {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("Accelerometer.csv");
+        std::fs::write(&path, text).unwrap();
+        let table = SensorTable {
+            quantity: SensorQuantity::Acceleration,
+            of: None,
+            columns: None,
+            fps: None,
+            time_zero: None,
+        };
+        table.read(&path).map_err(|error| error.to_string())
+    }
+
+    #[test]
+    fn logs_of_accelerometers_are_read_in_si_units() {
+        let rows = "0.1;1.5E0;-2,5E-1;9.806650000E0;3\n".replace('.', ",");
+        let head = "\"Time (s)\";\"Acceleration x (UNIT)\";\"Acceleration y (UNIT)\";\"Acceleration z (UNIT)\"";
+        let head = format!("{head};\"Absolute acceleration (UNIT)\"\n");
+        for (unit, factor) in [("m/s^2", 1.0), ("m/s\u{b2}", 1.0), ("g", 9.80665)] {
+            let found = read(&(head.replace("UNIT", unit) + &rows)).unwrap();
+            let values = found.components.map(|readings| (readings[0].time, readings[0].value));
+            let expected = [1.5, -0.25, 9.80665].map(|a| (Some(0.1), a * factor));
+            assert_eq!(values, expected, "{unit}");
+        }
+        for header in ["t,accel_x,accel_y", "time,Acc X,Acc Y", "t,acceleration_x,acceleration_y"] {
+            let found = read(&format!("{header}\n0,1,2\n")).unwrap();
+            assert_eq!(found.components.map(|readings| readings.len()), [1, 1, 0], "{header}");
+        }
+        let text = "Time (s),Linear Acceleration x (m/s^2)\n0,1\n";
+        let error = read(text).map(|_| ()).unwrap_err();
+        assert!(error.contains("has subtracted gravity"), "{error}");
     }
 }

@@ -3,7 +3,7 @@
 //!
 //! [`open`] reads the bytes of a file, without a byte-order mark, and takes the stated format or determines it from the
 //! first bytes. [`parse`] calls the reader of the format, which has a file of its own here (`plain_table` for CSV
-//! without a program). `open_as` does the same, and [`load`] both, by the keys `format` and `columns` of a recording.
+//! without a program). [`read_bodies`] reads the rigid bodies of Motive. `open_as` does the same, and [`load`] both, by the keys `format` and `columns` of a recording.
 //! Files of the wrong kind and lines that the program does not write are errors, in general with their line; so is the
 //! key `columns` with the format of a program.
 
@@ -13,6 +13,7 @@ mod deeplabcut;
 mod dltdv;
 mod kinovea;
 mod motive;
+mod motive_bodies;
 mod opensim;
 mod plain_table;
 mod qualisys;
@@ -27,6 +28,7 @@ use crate::file::data;
 use crate::format::Format;
 use crate::marker_file::MarkerFile;
 use crate::recording::Recording;
+pub use motive_bodies::{RecordedBodies, RecordedBody, RecordedBodyPose, read_bodies};
 pub(crate) use plain_table::read_columns;
 use std::path::Path;
 
