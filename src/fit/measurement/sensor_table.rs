@@ -262,6 +262,7 @@ mod tests {
             columns: None,
             fps: None,
             time_zero: None,
+            window: None,
         };
         table.read(&path).map_err(|error| error.to_string())
     }
