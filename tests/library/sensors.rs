@@ -220,7 +220,8 @@ fn table_of_simulation_is_read_as_observation() {
 #[test]
 fn window_selects_readings_by_time() {
     let folder = files(&short());
-    let keys = "quantity = \"force\"\nof = \"start\"\nsigma = 1.0\ntime_zero = 1.0\nwindow = [0.01, 0.03]";
+    let keys =
+        "quantity = \"force\"\nof = \"start\"\nsigma = 1.0\ntime_zero = 1.0\nwindow = [0.01, 0.03]";
     let table = "t,fx,fy\n1.0,9,9\n1.009,9,9\n1.01,1,2\n1.02,3,\n1.03,5,6\n1.031,9,9\n";
     std::fs::write(folder.path().join("nodes.csv"), table).unwrap();
     let file = fit_file(&folder, keys).unwrap();
