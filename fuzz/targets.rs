@@ -79,8 +79,8 @@ const MOST_TASKS: usize = 8;
 const PROVIDED: [&str; 3] = ["cantilever.toml", "cantilever-tip.csv", "cantilever-fit.toml"];
 
 impl Target {
-    /// Reads a file of this kind; true if it was accepted. Its text may name other files in `folder`, and `place` is where
-    /// it may be written to be read.
+    /// Reads a file of this kind; true if it was accepted. Its text may name other files in `folder`, and `place` is
+    /// where it may be written to be read.
     pub fn take(self, bytes: &[u8], folder: &Path, place: &Path) -> bool {
         match (self, std::str::from_utf8(bytes)) {
             (Self::Markers(format), _) => {

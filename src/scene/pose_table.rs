@@ -10,7 +10,8 @@
 //! Output: the [`Track`] of three points of the gripper ([`gripper_frame`](crate::scene::gripper_frame)), m and s.
 //!
 //! Errors, with file and line: a rotation in no form or in several, a partly blank row, a clock that does not increase
-//! or does not start at 0, a rigid body that the file does not have, an axis whose length is not 1 within 1 %, and invalid or too distant poses of the track.
+//! or does not start at 0, a rigid body that the file does not have, an axis whose length is not 1 within 1 %, and
+//! invalid or too distant poses of the track.
 
 use crate::error::Error;
 use crate::numerics::vector::{Vector, dot, scale};
@@ -40,13 +41,13 @@ struct PoseColumns {
 impl Track {
     /// Reads the motion of a gripper from the table of numbers at `path`. `columns` states the columns of the clock,
     /// the position and the rotation, if the header has other names. Names may begin with `end`. Rows before
-    /// `time_zero`, on the file's clock and in its unit, are skipped, and times count from there; 0 if absent. An export
-    /// of OptiTrack Motive has the poses of rigid bodies, of which `body` is the name; without a name it is the only
-    /// one.
+    /// `time_zero`, on the file's clock and in its unit, are skipped, and times count from there; 0 if absent. An
+    /// export of OptiTrack Motive has the poses of rigid bodies, of which `body` is the name; without a name it is the
+    /// only one.
     ///
     /// # Errors
-    /// A file that cannot be read or is no table, and those of the module's header, with the line. Columns of an export,
-    /// and a body of a table.
+    /// A file that cannot be read or is no table, and those of the module's header, with the line. Columns of an
+    /// export, and a body of a table.
     pub fn read_poses(
         path: &Path,
         time_zero: Option<f64>,

@@ -1,12 +1,11 @@
 //! Recordings of one point: its positions, or its accelerations from rest, which are integrated twice.
 //!
 //! [`Track::read_one`] reads a file, [`Track::read_point`] also with the columns, axes and subtraction of
-//! `[[supports.motion]]`. Columns x, y, z (z may be absent) are positions. Columns ax, ay, az of a CSV file, or of a log
-//! of an accelerometer ([`AccelerationColumns`]), are accelerations, linear between rows; absent ones are zero, and
+//! `[[supports.motion]]`. Columns x, y, z (z may be absent) are positions. Columns ax, ay, az of a CSV file, or of a
+//! log of an accelerometer ([`AccelerationColumns`]), are accelerations, linear between rows; absent ones are zero, and
 //! units of the header are converted to m/s^2. Gravity and the offset of the sensor are subtracted if asked
-//! ([`Subtraction`]), in axes of the sensor.
-//! Rows before a given start time, in the unit of the file's clock, are skipped. The clock, minus the start time, must
-//! start at 0.
+//! ([`Subtraction`]), in axes of the sensor. Rows before a given start time, in the unit of the file's clock, are
+//! skipped. The clock, minus the start time, must start at 0.
 //!
 //! The result is a track with one marker, m and s. An integrated one begins at rest at the origin. If the size of its
 //! mean acceleration is within `NEAR_GRAVITY` of standard gravity, it has a defect: gravity was not subtracted. Errors
@@ -207,9 +206,9 @@ fn components(columns: &AccelerationColumns, row: &TableRow) -> Option<[f64; 3]>
     Some(found)
 }
 
-/// The acceleration that is subtracted from every row, m/s^2, along the axes of the sensor; zero unless it is asked for.
-/// The mean over the motion is the integral by trapezoids over the duration, so that the velocity at the end is zero.
-/// The mean at rest is that of the rows before the start.
+/// The acceleration that is subtracted from every row, m/s^2, along the axes of the sensor; zero unless it is asked
+/// for. The mean over the motion is the integral by trapezoids over the duration, so that the velocity at the end is
+/// zero. The mean at rest is that of the rows before the start.
 ///
 /// # Errors
 /// No rows at rest, or no start that separates them; no duration; a stated acceleration that is not finite.

@@ -1,4 +1,5 @@
-//! Tables of positions and rotations of grippers: forms of the rotation, names and units of columns, and rejected files.
+//! Tables of positions and rotations of grippers: forms of the rotation, names and units of columns, and rejected
+//! files.
 
 use crate::common::poses::quaternion;
 use crate::folder::{Folder, refused, replaced, stdout, succeeds};

@@ -1,5 +1,5 @@
-//! Sensors of force and moment: exact data give the parameters, also density beside modulus; coverage with noise; invalid
-//! input.
+//! Sensors of force and moment: exact data give the parameters, also density beside modulus; coverage with noise;
+//! invalid input.
 
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;

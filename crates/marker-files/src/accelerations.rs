@@ -1,10 +1,10 @@
 //! Columns of accelerations in a table: their names in logs of accelerometers, and the spellings of their units.
 //!
-//! Input: a [`Table`] whose header may be that of a plain table (`ax`, `acc_x`, `accx`) or of a log of phyphox and other
-//! programs (`Acceleration x (m/s^2)`, `Linear Acceleration x (m/s^2)`, `accel_x`, `acceleration_x`); case is ignored.
-//! Output ([`AccelerationColumns`]): the columns of x, y and z with their factors to m/s^2, and whether the program has
-//! subtracted gravity (`linear`). Units are m/s^2, cm/s^2, mm/s^2 and g, also spelled `m/s2`, `m/s²`, `m s^-2`,
-//! `m/s/s`. The size of the acceleration (`Absolute acceleration`) is no component. Errors: two columns of one
+//! Input: a [`Table`] whose header may be that of a plain table (`ax`, `acc_x`, `accx`) or of a log of phyphox and
+//! other programs (`Acceleration x (m/s^2)`, `Linear Acceleration x (m/s^2)`, `accel_x`, `acceleration_x`); case is
+//! ignored. Output ([`AccelerationColumns`]): the columns of x, y and z with their factors to m/s^2, and whether the
+//! program has subtracted gravity (`linear`). Units are m/s^2, cm/s^2, mm/s^2 and g, also spelled `m/s2`, `m/s²`, `m
+//! s^-2`, `m/s/s`. The size of the acceleration (`Absolute acceleration`) is no component. Errors: two columns of one
 //! component, and unknown units.
 
 use crate::error::Error;
@@ -64,7 +64,8 @@ impl AccelerationColumns {
     }
 }
 
-/// Axis (0 to 2) of the component with a name in lower case, and whether gravity was subtracted; `None` for other names.
+/// Axis (0 to 2) of the component with a name in lower case, and whether gravity was subtracted; `None` for other
+/// names.
 fn component(name: &str) -> Option<(usize, bool)> {
     let linear = LINEAR.iter().find_map(|word| name.strip_prefix(word));
     let own = linear.unwrap_or(name);

@@ -3,9 +3,9 @@
 //!
 //! [`open`] reads the bytes of a file, without a byte-order mark, and takes the stated format or determines it from the
 //! first bytes. [`parse`] calls the reader of the format, which has a file of its own here (`plain_table` for CSV
-//! without a program). [`read_bodies`] reads the rigid bodies of Motive. `open_as` does the same, and [`load`] both, by the keys `format` and `columns` of a recording.
-//! Files of the wrong kind and lines that the program does not write are errors, in general with their line; so is the
-//! key `columns` with the format of a program.
+//! without a program). `open_as` does the same, and [`load`] both, by the keys `format` and `columns` of a recording.
+//! [`read_bodies`] reads the rigid bodies of Motive. Files of the wrong kind and lines that the program does not write
+//! are errors, in general with their line; so is the key `columns` with the format of a program.
 
 mod c3d;
 mod c3d_parameters;

@@ -3,8 +3,8 @@
 //! Input: the bytes of an export with columns of the type Rigid Body, with the properties Rotation and Position. The
 //! setting `Rotation Type` of the first line is `Quaternion` (columns X, Y, Z, W) or the order of Euler angles, as
 //! `XYZ` (columns X, Y, Z, in degrees). Euler angles are those about the axes of the body, one after the other, in the
-//! stated order (relative, right-handed): R = R_x R_y R_z for XYZ. Output ([`RecordedBodies`]): times, s, and the poses of
-//! the bodies, positions in m and quaternions from the axes of the body to those of the world; a frame in which all
+//! stated order (relative, right-handed): R = R_x R_y R_z for XYZ. Output ([`RecordedBodies`]): times, s, and the poses
+//! of the bodies, positions in m and quaternions from the axes of the body to those of the world; a frame in which all
 //! numbers of a body are blank is `None`. Markers and errors of bodies are skipped.
 //!
 //! Errors, with the line: no rigid body, a body without all of its columns, a rotation type other than these, local
