@@ -2,7 +2,7 @@
 //!
 //! Input: the table of the poses and wrenches, without times. Every pose is held for [`HOLD`] and reached within
 //! [`MOVE`]; strong damping and implicit Euler steps keep the rod at rest. The source states neither the frame of the
-//! wrench, nor its sign, nor modulus, density and diameter of the rod. Each [`Assumption`] is a sign; the frame is
+//! wrench, nor its sign, nor modulus and diameter of the rod. Each [`Assumption`] is a sign; the frame is
 //! taken parallel to that of the held start. Output: the text of a fit file, with its scene, clock and tables written
 //! beside it. A free tare is an offset of the sensor common to all poses.
 

@@ -15,7 +15,7 @@ def hdf5_to_csv(file: str | os.PathLike[str], csv_file: str | os.PathLike[str] |
     """Writes the tracks of an HDF5 file of DeepLabCut or SLEAP (analysis) as the CSV table of the same program.
 
     ``csv_file`` is by default the file with the ending ``.csv``. An existing file is not replaced. Returns its path,
-    which is the ``file`` of an observation. Files of DeepLabCut need pandas and tables, those of SLEAP h5py. Pandas
+    which is the ``file`` of an observation. All need h5py, files of DeepLabCut also pandas and tables. Pandas
     reads the names of columns as Python objects (pickle): convert files of known origin only.
 
     Raises ``FileExistsError`` if the table exists, and ``ValueError`` for an HDF5 file of another kind.

@@ -353,12 +353,12 @@ pub struct Attempt<R> {
 /// Without a check it runs once.
 ///
 /// `attempt` runs a problem once, and calls the function that it is given with the initial state and after every step.
-/// Returned is the last attempt, or the one before if a repetition of a run that reached the end fails. With a check
-/// its problem has the estimated error of the check. Without such an estimate, as after a failed run, it keeps that of
-/// the search.
+/// Returned is the last attempt, or the one before if a repetition of a run that reached the end fails or is refused.
+/// With a check its problem has the estimated error of the check. Without such an estimate, as after a failed run, it
+/// keeps that of the search.
 ///
 /// # Errors
-/// Those of `attempt`, and of building the problem of a repetition; that of a run is in its outcome.
+/// Those of the first `attempt`, and of building the problem of a repetition; that of a run is in its outcome.
 pub fn run_checked<R>(
     mut problem: Problem,
     mut check: Option<RunCheck>,
@@ -367,9 +367,14 @@ pub fn run_checked<R>(
     let mut completed = None;
     loop {
         let mut monitor = check.as_ref().map(|check| check.monitor(&problem)).transpose()?;
-        let mut done = attempt(problem, &mut |state| {
+        let tried = attempt(problem, &mut |state| {
             monitor.iter_mut().for_each(|monitor| monitor.push(state));
-        })?;
+        });
+        let mut done = match tried {
+            Ok(done) => done,
+            // A repetition that is refused, as by a limit of memory or time, leaves the run before it.
+            Err(error) => return completed.ok_or(error),
+        };
         let Some((own, monitor)) = check.take().zip(monitor) else { return Ok(done) };
         match own.assess(&done.outcome, &monitor)? {
             RunAssessment::Repeat(next) => {
@@ -484,30 +489,31 @@ mod tests {
         assert!(matches!(check.assess(&Ok(()), &monitor).unwrap(), RunAssessment::Accepted(None)));
     }
 
-    /// A repetition that fails gives the run before it, with that run's estimated error and a warning. The first run
-    /// has half the modulus, so that it is repeated.
+    /// A repetition that fails or is refused gives the run before it, with that run's estimated error and a warning.
+    /// The first run has half the modulus, so that it is repeated.
     #[test]
     fn failed_repetition_gives_the_completed_run() {
-        let (problem, check) = checked();
-        let mut runs = 0;
-        let last = run_checked(problem, Some(check), |problem, observe| {
-            runs += 1;
-            if runs > 1 {
-                return Ok(Attempt {
-                    problem,
-                    record: runs,
-                    outcome: Err(Error::SingularEquilibrium),
-                });
-            }
-            let other = problem.with([(Parameter::YoungsModulus, 5e7)])?;
-            let outcome =
-                Trajectory::unrecorded(&other)?.run(&other, other.time()?.steps(), observe);
-            Ok(Attempt { problem, record: runs, outcome })
-        })
-        .unwrap();
-        assert!(runs == 2 && last.record == 1 && last.outcome.is_ok());
-        let resolution = last.problem.resolution().unwrap();
-        assert!(resolution.error.unwrap() > 1e-2 && resolution.bound == Some(Bound::Work));
+        for is_refused in [false, true] {
+            let (problem, check) = checked();
+            let mut runs = 0;
+            let last = run_checked(problem, Some(check), |problem, observe| {
+                runs += 1;
+                if runs > 1 {
+                    let outcome = Err(Error::SingularEquilibrium);
+                    let failed = Attempt { problem, record: runs, outcome };
+                    let refused = || Error::invalid("memory", "too much", "less");
+                    return if is_refused { Err(refused()) } else { Ok(failed) };
+                }
+                let other = problem.with([(Parameter::YoungsModulus, 5e7)])?;
+                let steps = other.time()?.steps();
+                let outcome = Trajectory::unrecorded(&other)?.run(&other, steps, observe);
+                Ok(Attempt { problem, record: runs, outcome })
+            })
+            .unwrap();
+            assert!(runs == 2 && last.record == 1 && last.outcome.is_ok());
+            let resolution = last.problem.resolution().unwrap();
+            assert!(resolution.error.unwrap() > 1e-2 && resolution.bound == Some(Bound::Work));
+        }
     }
 
     /// Errors that explain a larger difference change by it from the trial run to the chosen one; with new modes in

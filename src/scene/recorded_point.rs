@@ -211,18 +211,25 @@ fn components(columns: &AccelerationColumns, row: &TableRow) -> Option<[f64; 3]>
 /// zero. The mean at rest is that of the rows before the start.
 ///
 /// # Errors
-/// No rows at rest, or no start that separates them; no duration; a stated acceleration that is not finite.
+/// No rows at rest, or no start that separates them; no duration; a stated acceleration that is not finite, or not zero
+/// along an axis without a column.
 fn removed_acceleration(
     table: &Table,
     columns: &AccelerationColumns,
     clock: usize,
     reading: &PointReading,
 ) -> Result<[f64; 3], marker_files::Error> {
+    let is_present = |known: [f64; 3]| {
+        let mut axes = known.iter().zip(columns.axes);
+        axes.all(|(a, column)| a.is_finite() && (*a == 0.0 || column.is_some()))
+    };
     let mean = match reading.subtract {
         None => return Ok([0.0; 3]),
-        Some(Subtraction::Known(known)) if known.iter().all(|a| a.is_finite()) => return Ok(known),
+        Some(Subtraction::Known(known)) if is_present(known) => return Ok(known),
         Some(Subtraction::Known(known)) => {
-            let message = format!("found subtract = {known:?}, allowed: finite numbers, m/s^2");
+            let message = format!(
+                "found subtract = {known:?}, allowed: finite numbers, m/s^2, and 0 for axes without a column"
+            );
             return Err(table.error(1, &message));
         }
         Some(Subtraction::Mean(mean)) => mean,
@@ -364,6 +371,7 @@ mod tests {
             ("t,ax,mood\n0,0,0\n1,0,0\n", None, "the column `mood`"),
             ("t,x,y\n0,0,0\n1,0,0\n", subtract, "found subtract with a recording of positions"),
             ("t,ax\n0,0\n", subtract, "fewer than two rows"),
+            ("t,ax,ay\n0,0,0\n1,0,0\n", Some(Subtraction::Known([0.0, 0.0, 9.81])), "axes without"),
         ] {
             let error = read(text, &PointReading { subtract, ..Default::default() }).unwrap_err();
             assert!(error.contains(words), "{text}: {error}");

@@ -18,9 +18,12 @@ impl Scene {
     }
 
     /// The advice to take the scheme that conserves the energy, as the end of a sentence that gives another advice.
-    /// Empty where that scheme does not support the scene.
+    /// Empty where that scheme does not support the scene, or is its own.
     pub(crate) fn or_energy_conserving_scheme(&self) -> &'static str {
-        match self.is_supported_by(Scheme::AverageVectorField) {
+        let own = self.time.as_ref().map(|time| time.scheme);
+        match own != Some(Scheme::AverageVectorField)
+            && self.is_supported_by(Scheme::AverageVectorField)
+        {
             true => " or scheme = \"average-vector-field\"",
             false => "",
         }

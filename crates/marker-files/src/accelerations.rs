@@ -24,7 +24,7 @@ const NAMES: [&str; 9] = [
     "acceleration-",
 ];
 /// First words of names from which the program has subtracted gravity, as phyphox writes them.
-const LINEAR: [&str; 3] = ["linear ", "linear_", "lin"];
+const LINEAR: [&str; 5] = ["linear ", "linear_", "lin ", "lin_", "lin"];
 
 /// Columns of accelerations in a table.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -102,6 +102,9 @@ mod tests {
             ("acc_y", Some((1, false))),
             ("acceleration z", Some((2, false))),
             ("linear acceleration x", Some((0, true))),
+            ("lin_acc_x", Some((0, true))),
+            ("lin ay", Some((1, true))),
+            ("linaccz", Some((2, true))),
             ("absolute acceleration", None),
             ("x", None),
             ("", None),
