@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import csv
-import os
-from pathlib import Path
-
 TYPE_CHECKING = False
 if TYPE_CHECKING:
+    import os
+    from pathlib import Path
     from typing import Any
 
 
@@ -20,6 +18,10 @@ def hdf5_to_csv(file: str | os.PathLike[str], csv_file: str | os.PathLike[str] |
 
     Raises ``FileExistsError`` if the table exists, and ``ValueError`` for an HDF5 file of another kind.
     """
+    # Imported here: `import rodfit` stays fast.
+    import csv
+    from pathlib import Path
+
     import h5py
 
     source = Path(file)
