@@ -118,7 +118,7 @@ impl Limits {
         // All other schemes have an error in the energy: only gains are limited.
         let dissipates = is_dissipative(time);
         let explicit = traits.stability_limit.is_some();
-        let or_keeping = scene.is_supported_by(Scheme::AverageVectorField);
+        let supports_exact_scheme = scene.is_supported_by(Scheme::AverageVectorField);
         Some(Self {
             per_step: MAX_GAIN_PER_STEP,
             at_last: MAX_GAIN_PER_STEP,
@@ -135,15 +135,15 @@ impl Limits {
                 EnergyConservation::Inexact
                     if time.scheme == Scheme::GeneralisedAlpha && time.rho_inf > 0.0 =>
                 {
-                    SMALLER_OR_SMALLER_RHO[usize::from(or_keeping)]
+                    SMALLER_OR_SMALLER_RHO[usize::from(supports_exact_scheme)]
                 }
                 EnergyConservation::Inexact if dissipates && time.scheme.takes_beta() => {
-                    SMALLER_OR_LARGER_BETA[usize::from(or_keeping)]
+                    SMALLER_OR_LARGER_BETA[usize::from(supports_exact_scheme)]
                 }
                 EnergyConservation::Inexact if time.scheme.takes_beta() => {
-                    SMALLER_OR_DISSIPATION[usize::from(or_keeping)]
+                    SMALLER_OR_DISSIPATION[usize::from(supports_exact_scheme)]
                 }
-                EnergyConservation::Inexact if or_keeping => SMALLER_OR_KEEPING,
+                EnergyConservation::Inexact if supports_exact_scheme => SMALLER_OR_KEEPING,
                 EnergyConservation::Inexact => SMALLER,
                 EnergyConservation::Exact | EnergyConservation::OnAverage => SMALLER,
             },

@@ -41,9 +41,8 @@ struct PoseColumns {
 impl Track {
     /// Reads the motion of a gripper from the table of numbers at `path`. `columns` states the columns of the clock,
     /// the position and the rotation, if the header has other names. Names may begin with `end`. Rows before
-    /// `time_zero`, on the file's clock and in its unit, are skipped, and times count from there; 0 if absent. An
-    /// export of OptiTrack Motive has the poses of rigid bodies, of which `body` is the name; without a name it is the
-    /// only one.
+    /// `time_zero`, on the file's clock and in its unit, are skipped, and times count from there; 0 if absent. In an
+    /// export of OptiTrack Motive `body` is the name of the rigid body; without it the export must have exactly one.
     ///
     /// # Errors
     /// A file that cannot be read or is no table, and those of the module's header, with the line. Columns of an

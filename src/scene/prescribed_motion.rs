@@ -67,8 +67,8 @@ table! {
         /// Axes of the recording that are the world's x, y and z, as `["x", "z", "-y"]`; default: its own.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         pub axes: Option<Axes>,
-        /// Acceleration that is subtracted from recorded accelerations, in axes of the sensor: `"mean"`, that over the
-        /// motion, which begins and ends at rest; `"rest"`, the mean of the rows before `time_zero`; or three numbers,
+        /// Acceleration that is subtracted from recorded accelerations, in axes of the sensor: `"mean"`, the mean over
+        /// the motion, which begins and ends at rest; `"rest"`, the mean of the rows before `time_zero`; or three numbers,
         /// m/s^2. Default: none.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         pub subtract: Option<Subtraction>,

@@ -3,8 +3,8 @@
 //! [`Track::read_one`] reads a file, [`Track::read_point`] also with the columns, axes and subtraction of
 //! `[[supports.motion]]`. Columns x, y, z (z may be absent) are positions. Columns ax, ay, az of a CSV file, or of a
 //! log of an accelerometer ([`AccelerationColumns`]), are accelerations, linear between rows; absent ones are zero, and
-//! units of the header are converted to m/s^2. Gravity and the offset of the sensor are subtracted if asked
-//! ([`Subtraction`]), in axes of the sensor. Rows before a given start time, in the unit of the file's clock, are
+//! units of the header are converted to m/s^2. Gravity and the offset of the sensor are subtracted with the
+//! key `subtract` ([`Subtraction`]), in axes of the sensor. Rows before a given start time, in the unit of the file's clock, are
 //! skipped. The clock, minus the start time, must start at 0.
 //!
 //! The result is a track with one marker, m and s. An integrated one begins at rest at the origin. If the size of its
@@ -40,9 +40,9 @@ pub enum Subtraction {
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]
 pub enum SubtractedMean {
-    /// That over the time of the motion, which begins and ends at rest.
+    /// Mean over the time of the motion, which begins and ends at rest.
     Mean,
-    /// That of the rows before `time_zero`, during which the sensor is at rest.
+    /// Mean of the rows before `time_zero`, during which the sensor is at rest.
     Rest,
 }
 
@@ -246,8 +246,9 @@ fn removed_acceleration(
             }
         }
         SubtractedMean::Mean => {
-            let rows: Vec<_> =
-                rows.filter(|(time, _)| start.is_none_or(|start| *time >= start)).collect();
+            let rows: Vec<_> = rows
+                .filter(|(time, _)| start.is_none_or(|start| *time >= start - CLOCK_TOLERANCE))
+                .collect();
             for pair in rows.windows(2) {
                 let [(before, a), (after, b)] = [pair[0], pair[1]];
                 sum = add(sum, scale(add(a, b), 0.5 * (after - before)));
@@ -261,7 +262,10 @@ fn removed_acceleration(
             1,
             "found subtract = \"rest\" without a row before time_zero, allowed: with a sensor at rest in these rows",
         )),
-        false => Err(table.error(1, "found fewer than two rows, allowed: at least two")),
+        false => Err(table.error(
+            1,
+            "found fewer than two rows in ascending order of time from time_zero on, allowed: at least two",
+        )),
     }
 }
 
@@ -282,7 +286,7 @@ mod tests {
     const SIZE: f64 = 2.0;
     const ROWS: u32 = 200;
 
-    /// A log of two periods of rest and motion: `motion` starts at row `rest`, below `offset` in every row, m/s^2.
+    /// A log of `rest` rows at rest and [`ROWS`] rows of motion along x. `offset`, m/s^2, is added to every row.
     fn log(header: &str, separator: &str, comma: bool, rest: u32, offset: [f64; 3]) -> String {
         let row = |k: u32| {
             let t = f64::from(k) / f64::from(ROWS);

@@ -22,8 +22,8 @@ const BINARY: [(&[u8], &str); 19] = [
     ),
     (
         b"\x89HDF\r\n\x1a\n",
-        "an HDF5 file (.h5, .mat, .slp), which is not read; rodfit.hdf5_to_csv in Python converts those of DeepLabCut and \
-         SLEAP, which also write CSV",
+        "an HDF5 file (.h5, .mat, .slp), which is not read; rodfit.hdf5_to_csv in Python converts those of DeepLabCut \
+         and analysis files of SLEAP, which also write CSV",
     ),
     (b"MATLAB 5.0", "a MATLAB file (.mat)"),
     (b"\xd0\xcf\x11\xe0", "an old Office file (.xls)"),
@@ -70,11 +70,14 @@ pub(crate) fn describe_table(path: &Path, bytes: &[u8], error: Error) -> Error {
 pub(crate) fn describe_position_table(path: &Path, bytes: &[u8], error: Error) -> Error {
     match text(bytes) {
         Some(found) => unknown(path, &found),
-        None if has_accelerations(bytes) => {
-            Error::Accelerations { path: path.into(), allowed: readable_files() }
-        }
+        None if has_accelerations(bytes) => accelerations(path),
         None => error,
     }
+}
+
+/// The error of a table of accelerations that is to be read as positions.
+pub(crate) fn accelerations(path: &Path) -> Error {
+    Error::Accelerations { path: path.into(), allowed: readable_files() }
 }
 
 /// The error of a file with the description `found`, in line 1; the message also has the kinds of files that are read.

@@ -199,3 +199,22 @@ fn columns_are_shown_as_they_are_written() {
     let rules = columns(&[("t", "1", None), ("x", "a \"b\"", Some("mm"))]).columns.unwrap();
     assert_eq!(rules.to_string(), "{ t = 1, x = { column = \"a \\\"b\\\"\", unit = \"mm\" } }");
 }
+
+/// Names of accelerations are also those of a marker `acc`: only a unit of length or the key `columns` makes them
+/// positions.
+#[test]
+fn accelerations_are_no_positions() {
+    let folder = tempfile::tempdir().unwrap();
+    let rows = "0,0,5\n0.01,1,5\n0.02,2,5\n";
+    for header in
+        ["t,acc_x,acc_y", "t,accel_x,accel_y", "t,lin_acc_x,lin_acc_y", "t,acc_x[g],acc_y[g]"]
+    {
+        let path = written(&folder, &format!("{header}\n{rows}"));
+        let message = load(&path, &Recording::default()).unwrap_err().to_string();
+        assert!(message.contains("accelerations instead of positions"), "{header}: {message}");
+    }
+    let path = written(&folder, &format!("t,acc_x[mm],acc_y[mm]\n{rows}"));
+    assert!(load(&path, &Recording::default()).is_ok());
+    let stated = [("t", "t", None), ("x", "acc_x", Some("mm")), ("y", "acc_y", Some("mm"))];
+    is_the_motion(&format!("t,acc_x,acc_y\n{rows}"), &columns(&stated));
+}

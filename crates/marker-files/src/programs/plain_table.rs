@@ -8,12 +8,13 @@
 //! clock, other columns or units, two columns of one coordinate, a named marker without x or y, a blank time, times
 //! that do not increase, no row.
 
+use crate::accelerations::AccelerationColumns;
 use crate::columns::ColumnRules;
 use crate::error::Error;
 use crate::format::Format;
 use crate::marker_file::{Clock, FrameReading, LengthUnit, MarkerData, MarkerFile};
 use crate::table::{LENGTHS, TIMES, Table};
-use crate::unknown_file::describe_position_table;
+use crate::unknown_file::{accelerations, describe_position_table};
 use std::collections::{HashMap, HashSet};
 use std::path::Path;
 
@@ -31,6 +32,10 @@ pub(crate) fn read_columns(
     rules: Option<&ColumnRules>,
 ) -> Result<MarkerFile, Error> {
     let table = Table::of_columns(path, bytes, rules)?;
+    // Names such as `acc_x` would also be those of a marker `acc`.
+    if rules.is_none() && matches!(AccelerationColumns::find(&table), Ok(Some(_))) {
+        return Err(accelerations(path));
+    }
     of_table(path, &table).map_err(|error| match rules {
         Some(_) => error,
         None => describe_position_table(path, bytes, error),

@@ -20,7 +20,7 @@ pub(crate) fn halved_steps(Fitted { search, optimum }: Fitted, warnings: &mut Wa
     let is_reached = optimum.converged && search.is_noise(optimum);
     // At a converged optimum with residuals of noise the jumps did no harm.
     if optimum.halved && !is_reached {
-        // Advice that one of the scenes rejects is none.
+        // The scenes of all experiments must support the advised scheme.
         let advice =
             search.experiments.iter().map(|e| e.problem.scene().or_energy_conserving_scheme());
         let text = format!(
