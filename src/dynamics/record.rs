@@ -310,14 +310,14 @@ impl<D: Scalar> RecordView<'_, D> {
 
     /// The value at a time, s, of a list `values` with a value at every recorded time, linear between these. The errors
     /// for the time are those of [`position`](Self::position).
-    pub fn linear(&self, values: &[D], time: f64) -> Result<D, Error> {
-        self.check(time)?;
-        let k = self.step_at(time);
+    pub fn linear(&self, values: &[D], time: D) -> Result<D, Error> {
+        self.check(time.value())?;
+        let k = self.step_at(time.value());
         // A record of one time has its value at any accepted time.
         let (Some(end), Some(after)) = (self.times.get(k), values.get(k)) else {
             return Ok(values[k - 1]);
         };
-        let part = (time - self.times[k - 1]) / (end - self.times[k - 1]);
+        let part = (time - self.times[k - 1]) * (1.0 / (end - self.times[k - 1]));
         Ok(values[k - 1] + (*after - values[k - 1]) * part)
     }
 

@@ -107,7 +107,7 @@ impl<M: Model> Discretized<'_, M> {
             q,
             frames,
             self.free(),
-            scene.loads.damping.clone(),
+            scene.loads.damping.in_branches(),
             settings,
             self.problem.derivatives(),
         );

@@ -158,6 +158,7 @@ fn omitted(scene: &Scene, target: ExportFormat) -> Vec<String> {
         (!scene.loads.point.is_empty() || !scene.loads.line.is_empty(), "forces of [loads]"),
         (scene.loads.drag.is_some(), "drag of a fluid"),
         (!damping.maxwell.is_empty(), "Maxwell branches"),
+        (damping.power_law.is_some(), "relaxation by a power law"),
         (damping.friction.is_some() && target != ExportFormat::Mujoco, "internal friction"),
         (damping.mass != 0.0 && !has_mass_damping, "mass-proportional damping"),
         (

@@ -183,6 +183,8 @@ struct ObservationKeys {
     tare: Option<TareForm>,
     /// Filter of the sensor, which is applied to the model too.
     filter: Option<SensorFilter>,
+    /// Name of the sensor in `[[sensors]]` of the scene, with rotation, delay and filter that can be identified.
+    sensor: Option<String>,
     /// First and last time of the readings of a sensor that are used, s after the start of the motion; default: all.
     #[serde(default, deserialize_with = "crate::input::arrays::some_numbers")]
     window: Option<[f64; 2]>,
@@ -240,6 +242,7 @@ impl ObservationForm {
             };
             let rotation = form.rotation.unwrap_or_default();
             let (of, tare, filter, window) = (form.of, form.tare, form.filter, form.window);
+            let sensor = form.sensor;
             let form = SensorForm {
                 quantity,
                 of,
@@ -249,6 +252,7 @@ impl ObservationForm {
                 offset,
                 tare,
                 filter,
+                sensor,
                 window,
                 recording,
                 sigma,
@@ -262,6 +266,7 @@ impl ObservationForm {
             GivenKey("rotation", form.rotation.is_some()),
             GivenKey("tare", form.tare.is_some()),
             GivenKey("filter", form.filter.is_some()),
+            GivenKey("sensor", form.sensor.is_some()),
             GivenKey("window", form.window.is_some()),
         ];
         let allowed = "together with quantity only";

@@ -80,6 +80,8 @@ pub(crate) struct SensorForm {
     pub tare: Option<TareForm>,
     /// Filter of the sensor.
     pub filter: Option<SensorFilter>,
+    /// Name of the sensor in the scene.
+    pub sensor: Option<String>,
     /// First and last time of the readings that are used, s after the start of the motion.
     pub window: Option<[f64; 2]>,
     /// Interpretation of the file.
@@ -150,6 +152,7 @@ impl SensorForm {
             };
             let mut sensor = Sensor::new(channel, readings).tare(tare);
             sensor.data.low_pass = self.filter.map(|filter| filter.low_pass);
+            sensor.data.model = self.sensor.clone();
             let sensor = sensor.with_source(&path, recording, read.dropped);
             measurements.push(sensor.with_properties(self.sigma, self.loss, self.held_out).into());
         }

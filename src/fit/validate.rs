@@ -206,6 +206,11 @@ fn check_measurements(
         let has_modes_in_space = is_in_space && measurement.frequencies().is_some();
         let allowed = "a structure in a plane: frequencies of one in space have no derivatives";
         ensure(!has_modes_in_space, &key, "frequencies of a structure in space", allowed)?;
+        let own = unknowns.iter().filter(|u| u.is_of(experiment)).map(|u| u.parameter);
+        let other_clock = match measurement.sensor() {
+            Some(sensor) => sensor.is_delayed(scene, own),
+            None => other_clock && measurement.motion().is_some(),
+        };
         measurement.check(experiment, &key, other_clock)?;
         // The values of the load are those of the measurement.
         let is_load = |u: &Unknown| {

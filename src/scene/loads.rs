@@ -2,24 +2,26 @@
 //!
 //! The tables declare units and search ranges of their numbers: gravity, m/s^2, forces, N, and moments, N m, at points,
 //! forces per length, N/m, between two arc lengths, and damping. The latter has a rate, 1/s, Kelvin-Voigt times, s,
-//! Maxwell branches and friction springs (fractions of the rod's stiffness). Loads may have a signal over time, or turn
+//! Maxwell branches, a power law and friction springs (fractions of the rod's stiffness). Loads may have a signal over time, or turn
 //! with the rod (follower loads). Numbers are validated with the scene.
 //!
 //! Functions for the choice of schemes and for checks: `have_forces` returns whether there are point or line loads,
 //! also of zero force, and `have_flow` whether the fluid moves. `first_follower` is the key of the first load without a
 //! potential (follower loads, in space also moments). `are_dissipative` returns whether damping dissipates energy
-//! (`is_dissipative`) or there is a drag. `is_viscous` is true with a Kelvin-Voigt time or Maxwell branches.
+//! (`is_dissipative`) or there is a drag. `is_viscous` is true with a Kelvin-Voigt time, Maxwell branches or a power law.
 //! `depends_on_history` is true with a Kelvin-Voigt time, or the stiffness of a Maxwell branch or of friction; in both,
 //! derivatives that are not zero count too. `times` are the keys and values of all four Kelvin-Voigt times, s;
 //! `additional_times` are the Kelvin-Voigt times of stretch, bending and twist, s. `has_additional_times` returns
 //! whether one of these is above zero, and true for all numbers with derivatives. `LineForce::size` is the absolute
 //! resultant, N.
 
+use crate::error::Error;
 use crate::numerics::scalar::{RodScalar, Scalar};
 use crate::scene::drag::Drag;
 use crate::scene::maxwell::MaxwellBranches;
 use crate::scene::number::{Candidates, Quantity, is_default};
 use crate::scene::point::Point;
+use crate::scene::power_law::PowerLaw;
 use crate::scene::table::{TABLE, table};
 use num_dual::Dual64;
 
@@ -79,6 +81,9 @@ table! {
         /// Parallel Maxwell branches that relax: one table, or a list of them (a Prony series).
         #[serde(default, skip_serializing_if = "MaxwellBranches::is_empty")]
         pub maxwell: MaxwellBranches<D> = TABLE,
+        /// Relaxation by a power law of time, beside the branches of `maxwell`.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        pub power_law: Option<PowerLaw<D>> = TABLE,
         /// Internal friction of bending and twisting.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         pub friction: Option<Friction<D>> = TABLE,
@@ -197,8 +202,13 @@ impl LineForce {
 }
 
 impl Damping {
+    /// Rejects an invalid [power law](PowerLaw::check).
+    pub(super) fn check(&self) -> Result<(), Error> {
+        self.power_law.map_or(Ok(()), |law| law.check())
+    }
+
     /// Whether any damping dissipates energy: a mass-proportional rate or Kelvin-Voigt time above zero, a Maxwell
-    /// branch, or friction.
+    /// branch, a power law, or friction.
     pub(crate) fn is_dissipative(&self) -> bool {
         self.mass > 0.0 || self.is_viscous() || self.friction.is_some()
     }
@@ -217,6 +227,17 @@ impl Damping {
 }
 
 impl<D: Scalar> Damping<D> {
+    /// The same damping with the Maxwell branches of the power law in the list of branches, and without the law.
+    pub(crate) fn in_branches(&self) -> Self {
+        let mut damping = self.clone();
+        if let Some(law) = damping.power_law.take() {
+            let mut branches = damping.maxwell.as_slice().to_vec();
+            branches.extend(law.branches());
+            damping.maxwell = branches.into();
+        }
+        damping
+    }
+
     /// Kelvin-Voigt times, s, of stretch, bending and twist, in this order, that are added to that of all strains.
     pub(crate) fn additional_times(&self) -> [D; 3] {
         [self.stretching, self.bending, self.twisting]
@@ -231,7 +252,7 @@ impl<D: Scalar> Damping<D> {
 }
 
 impl<D: RodScalar> Damping<D> {
-    /// Whether a Kelvin-Voigt time, or a derivative of one, is not zero, or there are Maxwell branches. The stress then
+    /// Whether a Kelvin-Voigt time, or a derivative of one, is not zero, or there are Maxwell branches or a power law. The stress then
     /// depends on strain rates or their history.
     pub(crate) fn is_viscous(&self) -> bool {
         // A time of zero with a derivative counts: the derivative of the stress depends on strain rates.
@@ -239,6 +260,7 @@ impl<D: RodScalar> Damping<D> {
         is_present(&self.stiffness)
             || self.additional_times().iter().any(is_present)
             || !self.maxwell.is_empty()
+            || self.power_law.is_some()
     }
 }
 
@@ -248,6 +270,7 @@ impl Damping<Dual64> {
     pub(crate) fn depends_on_history(&self) -> bool {
         let branches = self.maxwell.as_slice().iter().map(|branch| branch.stiffness);
         let springs = self.friction.map(|springs| springs.stiffness);
+        let springs = springs.into_iter().chain(self.power_law.map(|law| law.stiffness));
         let times = self.additional_times().into_iter().chain([self.stiffness]);
         times.chain(branches).chain(springs).any(|x| x.re != 0.0 || x.eps != 0.0)
     }

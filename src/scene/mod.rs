@@ -1,7 +1,7 @@
 //! Scene files: their keys, validation, physical numbers and parameter names. All quantities are SI.
 //!
 //! A [`Scene`] has tables for the rod, material, supports, loads, signals, actuators, contacts, initial state, time,
-//! camera and user-defined energies. It is generic over the type of its physical numbers: `f64`, or dual numbers for
+//! camera, sensors and user-defined energies. It is generic over the type of its physical numbers: `f64`, or dual numbers for
 //! derivatives by parameters ([`Scene::map_numbers`]). Each number is declared once with its unit and limits (`number`,
 //! `table`), and has a [`Parameter`] name, its path in the file. [`Scene::validate`] rejects invalid values and
 //! contradicting keys; the error has file, key, and the found and the allowed value. [`Scene::load`] reads a file, and
@@ -12,8 +12,8 @@
 //! are those of the rod times the taper factors there. A motion is dissipative with damping, drag, or contacts with
 //! friction or damping.
 //!
-//! Files: `rod`, `material`, `section`, `taper`, `along`, `break_points`, `mass`, `loads`, `drag`, `maxwell`,
-//! `contact`, `actuation`, `signal`, `initial`, `camera`, `time`, `scheme`, `tolerance` (tables); `shape`, `polyline`,
+//! Files: `rod`, `material`, `section`, `taper`, `along`, `break_points`, `mass`, `loads`, `drag`, `maxwell`, `power_law`,
+//! `contact`, `actuation`, `signal`, `initial`, `camera`, `sensor_model`, `time`, `scheme`, `tolerance` (tables); `shape`, `polyline`,
 //! `mesh`, `plane`, `point`, `marker` (geometry); `support`, `supports`, `prescribed_motion`, `motion_rate`,
 //! `signal_steps`, `path`, `track`, `recorded_point`, `gripper_frame`, `gripper_pose`, `pose_table`, `recorded_motion`,
 //! `track_defect`, `faults` (ends and recordings); `own` (user-defined energies); `structure` and others of this name,
@@ -49,6 +49,7 @@ pub mod plane;
 pub mod point;
 mod polyline;
 pub mod pose_table;
+pub mod power_law;
 pub mod prescribed_motion;
 mod recorded_motion;
 mod recorded_point;
@@ -60,6 +61,7 @@ mod scene_file;
 pub mod scheme;
 mod scheme_support;
 pub mod section;
+pub mod sensor_model;
 pub mod shape;
 pub mod signal;
 pub mod signal_curve;
@@ -101,6 +103,7 @@ pub use parameter::Parameter;
 pub use path::Recorded;
 pub use plane::Plane;
 pub use point::{Point, Stencil};
+pub use power_law::PowerLaw;
 pub use prescribed_motion::Motion;
 pub use recorded_point::{SubtractedMean, Subtraction};
 pub use resolution::{Chosen, Resolution};
@@ -108,6 +111,7 @@ pub use rod::{Dimension, Discretization, RodSpec};
 pub use scene_file::SceneFile;
 pub use scheme::{Scheme, SchemeParameter};
 pub use section::Section;
+pub use sensor_model::SensorModel;
 pub use shape::{Handedness, Shape};
 pub use signal::{Signal, SignalKind};
 pub use signal_curve::SignalCurve;
@@ -182,6 +186,9 @@ table! {
         /// Relation between recorded and scene coordinates; used by fits only.
         #[serde(default, skip_serializing_if = "Camera::is_default")]
         pub camera: Camera<D> = TABLE,
+        /// Frame, clock and filter of sensors, to which observations refer; used by fits only.
+        #[serde(default, skip_serializing_if = "Vec::is_empty")]
+        pub sensors: Vec<SensorModel<D>> = TABLE,
         /// [User-defined energies](crate::energy::own).
         #[serde(rename = "energy", default, skip_serializing_if = "Vec::is_empty", with = "own")]
         // Only a program can give them their code.
@@ -294,6 +301,7 @@ impl Scene {
             initial: Initial::default(),
             time: None,
             camera: Camera::default(),
+            sensors: Vec::new(),
             energies: Vec::new(),
             path: None,
             remeshed: None,
@@ -453,12 +461,15 @@ impl Scene {
         self.material.check()?;
         self.rod.taper.check(&self.rod.section, &self.material)?;
         self.loads.check_numbers("loads", TABLE)?;
+        self.loads.damping.check()?;
         self.check_signals()?;
         actuation::check_actuation(&self.actuation, &self.signals, self.material.stretch_law)?;
         self.check_signals_act()?;
         contact::check_contacts(&self.contacts, &self.rod.section)?;
         self.initial.check()?;
         self.camera.check_numbers("camera", TABLE)?;
+        self.sensors.check_numbers("sensors", TABLE)?;
+        sensor_model::check_sensors(&self.sensors)?;
         own::check(&self.energies)?;
         self.check_accuracy()?;
         // A clamp in series with an edge makes another law of the stretch.

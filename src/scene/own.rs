@@ -15,6 +15,7 @@ use crate::error::Error;
 use crate::scene::number::{NumberVisitor, Quantity, SceneNumber};
 use crate::scene::parameter::Parameter;
 use crate::scene::table::{NumberTree, TableKind};
+use crate::scene::validate::is_name;
 use serde::ser::SerializeMap;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::any::Any;
@@ -156,11 +157,6 @@ impl Attached {
         let Some(code) = &self.code else {
             let allowed = "an energy that the program attaches with Scene::load_with";
             return Err(Error::invalid(key, "a user-defined energy without its function", allowed));
-        };
-        // Names are parts of paths, and must not contain dots.
-        let is_name = |name: &str| {
-            let letters = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
-            name.starts_with(|c: char| c.is_ascii_alphabetic()) && name.chars().all(letters)
         };
         if !is_name(&self.name) {
             let allowed = "a letter followed by letters, digits, - and _";

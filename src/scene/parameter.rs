@@ -259,7 +259,7 @@ impl Parameter {
     /// `materials`, `bodies` or `joints`.
     pub(crate) fn is_of_structure(self) -> bool {
         let list = self.path.split('.').next().unwrap_or_default();
-        (NAMED_LISTS.contains(&list) && list != "signals") || list == "joints"
+        ["rods", "materials", "bodies", "joints"].contains(&list)
     }
 
     /// Whether the parameter is a component of a moment, N m, of `loads.point` or `initial.point`.
@@ -507,7 +507,7 @@ fn index(text: &str) -> Option<usize> {
 }
 
 /// Lists of a scene or a structure whose entries have names.
-const NAMED_LISTS: [&str; 4] = ["rods", "materials", "bodies", "signals"];
+const NAMED_LISTS: [&str; 5] = ["rods", "materials", "bodies", "signals", "sensors"];
 
 /// Path with `#` in place of parts that are digits only, the list indices: `loads.point.#.force.y`. The name of an
 /// entry of a [named list](NAMED_LISTS), its second part, is replaced by [`ANY_NAME`].

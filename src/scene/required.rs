@@ -10,7 +10,7 @@
 use crate::input::missing_keys::{Keys, Rule, always, if_there};
 
 /// Required keys of every table of a scene file.
-pub(crate) const REQUIRED: [Rule; 15] = [
+pub(crate) const REQUIRED: [Rule; 16] = [
     always("rod", |_| &["shape", "section"]),
     always("material", |_| &["density", "youngs_modulus"]),
     if_there("rod.shape", shape_keys),
@@ -21,6 +21,7 @@ pub(crate) const REQUIRED: [Rule; 15] = [
     if_there("loads.point[]", |_| &["node"]),
     if_there("loads.line[]", |_| &["force"]),
     if_there("signals[]", |_| &["name"]),
+    if_there("sensors[]", |_| &["name"]),
     if_there("actuation[]", actuation_keys),
     if_there("contacts[]", contact_keys),
     if_there("initial.point[]", |_| &["node"]),

@@ -17,10 +17,12 @@ use crate::scene::material::{BendingLaw, Material};
 use crate::scene::maxwell::Maxwell;
 use crate::scene::obstacle_motion::ObstacleMotion;
 use crate::scene::point::Point;
+use crate::scene::power_law::PowerLaw;
 use crate::scene::prescribed_motion::Motion;
 use crate::scene::rod::RodSpec;
 use crate::scene::scheme::Scheme;
 use crate::scene::section::Section;
+use crate::scene::sensor_model::SensorModel;
 use crate::scene::shape::{Handedness, Shape};
 use crate::scene::signal::Signal;
 use crate::scene::structure_catalog::ANY_NAME;
@@ -83,6 +85,7 @@ pub(crate) fn catalog_scenes() -> [Scene; 10] {
         let point = vec![PointForce { node, ..PointForce::default() }];
         let branch = Maxwell { stiffness: 1.0, time: 1.0 };
         let damping = Damping {
+            power_law: Some(PowerLaw { stiffness: 1.0, exponent: 1.0, from: 1.0, to: 2.0 }),
             maxwell: if whole { branch.into() } else { vec![branch].into() },
             friction: Some(Friction { stiffness: 1.0, curvature: 1.0 }),
             ..Damping::default()
@@ -92,6 +95,7 @@ pub(crate) fn catalog_scenes() -> [Scene; 10] {
         scene.loads = Loads { damping, drag, point: point.clone(), line, ..Loads::default() };
         scene.rod.natural_bending = vec![[1.0; 2]];
         scene.signals = vec![catalog_signal()];
+        scene.sensors = vec![SensorModel { low_pass: Some(1.0), ..SensorModel::new(ANY_NAME) }];
         scene.actuation = catalog_actuation();
         scene.contacts = catalog_contacts();
         scene.initial = Initial { shape: Some(shape), point, ..Initial::default() };

@@ -50,6 +50,10 @@ impl Scene {
             if !damping.maxwell.is_empty() {
                 add("loads.damping.maxwell", beside("maxwell"), |traits| traits.takes_friction);
             }
+            if damping.power_law.is_some() {
+                let key = "loads.damping.power_law";
+                add(key, beside("power_law"), |traits| traits.takes_friction);
+            }
         }
         if !traits.takes_drag && self.loads.drag.is_some() {
             add("loads.drag", beside("drag"), |traits| traits.takes_drag);

@@ -18,6 +18,7 @@ use crate::scene::signal_curve::{CurveShape, SignalCurve};
 use crate::scene::signal_samples::{Interpolation, SignalSamples};
 use crate::scene::table::table;
 use crate::scene::time::Time;
+use crate::scene::validate::check_name;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 use std::path::{Path, PathBuf};
@@ -201,13 +202,7 @@ impl Signal {
         let invalid = |name: &str, found: &dyn ToString, allowed: &str| {
             Err(Error::invalid(format!("{key}.{name}"), found.to_string(), allowed))
         };
-        // Names are parts of parameter names, and must not contain dots.
-        let is_letter = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
-        let is_name = self.name.starts_with(|c: char| c.is_ascii_alphabetic());
-        if !is_name || !self.name.chars().all(is_letter) {
-            let allowed = "a letter followed by letters, digits, - and _";
-            return invalid("name", &format!("{:?}", self.name), allowed);
-        }
+        check_name(&format!("{key}.name"), &self.name)?;
         let has_samples = !is_default(&self.file) || self.samples.is_some();
         if has_samples == self.kind.is_some() {
             let found = if has_samples { "both kind and file" } else { "neither kind nor file" };

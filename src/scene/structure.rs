@@ -456,6 +456,7 @@ impl StructureScene {
             let rod = self.rods.iter().find(|rod| rod.name == name)?;
             Some(rod.segments)
         })?;
+        self.loads.damping.check()?;
         let friction = self.loads.damping.friction.is_some();
         ensure(!friction, "loads.damping.friction", "a table", "no such key for a structure")?;
         if let Some(time) = &self.time {

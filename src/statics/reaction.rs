@@ -98,7 +98,7 @@ impl<M: Model> Discretized<'_, M> {
         ReactionModel {
             rod: setup.rod(self.model),
             bare: self.model.rod(&setup.scene, &setup.rest),
-            damping: setup.scene.loads.damping.clone(),
+            damping: setup.scene.loads.damping.in_branches(),
             drag: setup.drag(self.model),
             supports: self.boundary_motion(&setup),
             depends_on_time: self.scene().used_signals().next().is_some()
@@ -118,7 +118,7 @@ impl<M: Model> Discretized<'_, M> {
             rod: setup.rod(self.model),
             bare: self.model.rod(&setup.scene, &setup.rest),
             // Without velocities and strain rates there is no damping.
-            damping: setup.scene.loads.damping.clone(),
+            damping: setup.scene.loads.damping.in_branches(),
             drag: None,
             supports: None,
             depends_on_time: false,

@@ -236,7 +236,7 @@ impl Structure {
             tolerance: time.tolerance,
             length: self.length(),
         };
-        let (damping, derivatives) = (scene.loads.damping.clone(), self.derivatives);
+        let (damping, derivatives) = (scene.loads.damping.in_branches(), self.derivatives);
         let mut simulation =
             Simulation::new(assembly, q, frames, 0..n, damping, settings, derivatives);
         if !self.recorded.is_empty() {

@@ -49,6 +49,26 @@ fn forward_derivatives_equal_dual_runs_and_differences() {
     assert!(checked >= 88, "{checked}");
 }
 
+/// The branches of a power law, beside one of the list.
+#[test]
+fn derivatives_by_numbers_of_a_power_law_are_exact() {
+    let mut seed = 10;
+    for planar in [true, false] {
+        for scheme in [Scheme::NewmarkBeta, Scheme::GeneralisedAlpha] {
+            let mut scene = scene(planar, scheme, planar);
+            scene.loads.damping.maxwell = vec![Maxwell { stiffness: 0.3, time: 7e-4 }].into();
+            scene.loads.damping.power_law =
+                Some(PowerLaw { stiffness: 0.6, exponent: 0.3, from: 1e-3, to: 0.1 });
+            let mut parameters = Parameter::all(&scene);
+            parameters.retain(|parameter| parameter.path().contains("power_law"));
+            assert_eq!(parameters.len(), 2);
+            check_forward(&scene.problem().unwrap(), &parameters, [true, true]);
+            seed += 1;
+            check_adjoint(&scene, seed, "loads.damping.power_law.exponent");
+        }
+    }
+}
+
 #[test]
 fn adjoint_gradient_equals_forward_derivatives() {
     let mut seed = 0;

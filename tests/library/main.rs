@@ -15,4 +15,5 @@ mod point_sensors;
 mod point_strains;
 mod reactions;
 mod runs;
+mod sensor_models;
 mod sensors;

@@ -73,7 +73,7 @@ fn exact_force_or_moment_gives_modulus() {
 }
 
 /// A filtered component that is linear between the steps, by small Euler steps.
-fn filtered(exact: &[Reading], first: f64, frequency: f64) -> Vec<Reading> {
+pub fn filtered(exact: &[Reading], first: f64, frequency: f64) -> Vec<Reading> {
     const PARTS: usize = 20_000;
     let (mut y, mut before, mut time) = (first, first, 0.0);
     let rate = std::f64::consts::TAU * frequency;

@@ -3,12 +3,13 @@
 
 use nalgebra::{DMatrix, DVector};
 use rodfit::scene::{
-    Clamp, End, Initial, InitialState, Material, Maxwell, Motion, Scene, Scheme, StepTolerance,
-    Support, Time,
+    Clamp, End, Initial, InitialState, Material, Maxwell, Motion, PowerLaw, Scene, Scheme,
+    StepTolerance, Support, Time,
 };
-use rodfit::{Parameter, Trajectory};
+use rodfit::{Fit, Parameter, Trajectory, Unknown};
 use std::f64::consts::{PI, TAU};
 
+use crate::common::fits::{record, same_mesh};
 use crate::common::{at_tip, cantilever, planar, straight_rod};
 use crate::energy::energy_balance;
 
@@ -72,6 +73,81 @@ fn stress_relaxes_as_the_prony_series() {
     println!("relaxation off by {worst:.1e}");
     // The ramp's own duration: (ramp/tau)^2/50 of the fastest branch.
     assert!(worst < 2e-5, "{worst:e}");
+}
+
+/// A stretched rod with a power law relaxes between the times of its spectrum as `Gamma(1 + n) t^-n - to^-n`.
+#[test]
+fn stress_relaxes_by_a_power_of_time() {
+    let ramp = 1e-4;
+    let motion = Motion {
+        end: End::End,
+        displacement: [1e-6, 0.0, 0.0],
+        ramp: Some(ramp),
+        ..Motion::default()
+    };
+    let mut scene = stretched(motion, 0.1, 10_000);
+    let law = PowerLaw { stiffness: 2.0, exponent: 0.5, from: 1e-4, to: 10.0 };
+    scene.loads.damping.maxwell = Vec::new().into();
+    scene.loads.damping.power_law = Some(law);
+    // Gamma(1.5), and the sum of ten branches in place of the spectrum, as in the documentation of the law.
+    let gamma = 0.5 * PI.sqrt();
+    let x = 0.25 * 10.0_f64.ln() * law.exponent;
+    let factor = x.sinh() / x;
+    let mut worst = 0.0_f64;
+    for [time, force] in axial_forces(&scene) {
+        let since = time - 0.5 * ramp;
+        if since < 5e-3 {
+            continue;
+        }
+        let [from, to] = [law.from, law.to].map(f64::sqrt).map(f64::recip);
+        let relaxing = law.stiffness * (gamma / since.sqrt() - to) / (from - to) * factor;
+        worst = worst.max((force - 1.0 - relaxing).abs());
+    }
+    println!("relaxation off by {worst:.1e}");
+    // The error of the branches beside the spectrum.
+    assert!(worst < 1e-3, "{worst:e}");
+}
+
+/// Exponent and stiffness are found from an exact recording, beside the modulus.
+#[test]
+fn power_law_is_identified_from_exact_data() {
+    let mut scene = cantilever();
+    scene.rod.segments = Some(8);
+    scene.time = Some(Time { tolerance: StepTolerance::Rounding, ..Time::new(1.0, 2e-3) });
+    let law = PowerLaw { stiffness: 0.8, exponent: 0.35, from: 2e-3, to: 2.0 };
+    scene.loads.damping.power_law = Some(law);
+    let data = record(&scene.problem().unwrap().simulate().unwrap(), 200).sigma(1e-4);
+    let truth = scene.material.youngs_modulus;
+    scene.loads.damping.power_law = Some(PowerLaw { stiffness: 0.6, exponent: 0.3, ..law });
+    let fit = Fit::new(&scene.problem().unwrap()).observe(data);
+    let fit = fit.identify(Unknown::new(Parameter::YoungsModulus).start(1.1 * truth));
+    let fit = fit.identify(Unknown::new("loads.damping.power_law.stiffness".parse().unwrap()));
+    let fit = fit.identify(Unknown::new("loads.damping.power_law.exponent".parse().unwrap()));
+    let report = fit.analyse(same_mesh()).solve().unwrap();
+    for (estimate, truth) in report.parameters.iter().zip([truth, 0.8, 0.35]) {
+        let off = (estimate.value.unwrap() / truth - 1.0).abs();
+        println!("{}: {off:.1e}", estimate.name);
+        assert!(off < 1e-6, "{}: {off:e}", estimate.name);
+    }
+}
+
+#[test]
+fn invalid_power_laws_are_named() {
+    for (law, key) in [
+        ([0.5, 0.0, 1e-3, 1.0], "exponent"),
+        ([0.5, 1.1, 1e-3, 1.0], "exponent"),
+        ([-0.5, 0.3, 1e-3, 1.0], "stiffness"),
+        ([0.5, 0.3, 0.0, 1.0], "from"),
+        ([0.5, 0.3, 1e-3, 1e-3], "to"),
+        ([0.5, 0.3, 1e-3, f64::INFINITY], "to"),
+        ([0.5, 0.3, 1e-300, 1.0], "to"),
+    ] {
+        let mut scene = cantilever();
+        let [stiffness, exponent, from, to] = law;
+        scene.loads.damping.power_law = Some(PowerLaw { stiffness, exponent, from, to });
+        let error = scene.validate().unwrap_err().to_string();
+        assert!(error.contains(&format!("loads.damping.power_law.{key}")), "{error}");
+    }
 }
 
 /// Storage and loss modulus over three decades of frequency.

@@ -90,6 +90,7 @@ pub fn along(damping: &Damping<f64>, parameter: f64, place: usize) -> (Damping<D
         bending: dual(2, damping.bending),
         twisting: dual(3, damping.twisting),
         maxwell: MaxwellBranches::default(),
+        power_law: None,
         friction: None,
     };
     (times, dual(SCHEME, parameter))

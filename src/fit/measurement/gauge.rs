@@ -160,13 +160,13 @@ impl DataKind for GaugeReadings {
 /// Readings at rest have no times to check. Errors have the label. An error also for times with a scene that has none.
 pub(crate) fn check_readings(
     readings: &[Reading],
-    ValidationContext { problem, label, .. }: &ValidationContext,
+    ValidationContext { problem, label, other_clock, .. }: &ValidationContext,
 ) -> Result<(), Error> {
     // Readings over time need increasing times within the simulation.
     let times: Vec<f64> = readings.iter().filter_map(|r| r.time).collect();
     if !times.is_empty() {
         let end = problem.time()?.end;
-        let is_inside = |t: &f64| *t >= 0.0 && *t <= end * (1.0 + 1e-9);
+        let is_inside = |t: &f64| *t >= 0.0 && (*other_clock || *t <= end * (1.0 + 1e-9));
         let are_valid = times.iter().all(is_inside) && times.windows(2).all(|w| w[0] < w[1]);
         let allowed = format!("increasing times in 0 .. {end} s, time.end");
         ensure(are_valid, *label, "other times", allowed)?;

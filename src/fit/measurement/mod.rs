@@ -179,6 +179,11 @@ impl Measurement {
         if let MeasuredData::EquilibriumShape(shape) = &self.data { Some(shape) } else { None }
     }
 
+    /// The readings of a sensor; `None` if the measurement is of another kind.
+    pub(crate) fn sensor(&self) -> Option<&SensorReadings> {
+        if let MeasuredData::SensorReadings(own) = &self.data { Some(own) } else { None }
+    }
+
     /// The natural frequencies; `None` if the measurement is of another kind.
     pub(crate) fn frequencies(&self) -> Option<&ModeFrequencies> {
         if let MeasuredData::ModeFrequencies(own) = &self.data { Some(own) } else { None }

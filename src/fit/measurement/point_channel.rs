@@ -143,6 +143,28 @@ impl PointChannel {
         Self { quantity, ..self }
     }
 
+    /// The unit vector along which the component of a vector is measured, along tangent, first and second director:
+    /// that of an acceleration or curvature. None of an angle and a strain.
+    pub(crate) fn direction(&self) -> Option<[f64; 3]> {
+        match self.quantity {
+            PointQuantity::Acceleration { direction, .. }
+            | PointQuantity::Curvature { direction, .. } => Some(direction),
+            PointQuantity::Angle { .. } | PointQuantity::Strain { .. } => None,
+        }
+    }
+
+    /// The channel of an acceleration or curvature along another `direction`; others are unchanged.
+    pub(crate) fn along(self, direction: [f64; 3]) -> Self {
+        let quantity = match self.quantity {
+            PointQuantity::Acceleration { axis, .. } => {
+                PointQuantity::Acceleration { axis, direction }
+            }
+            PointQuantity::Curvature { axis, .. } => PointQuantity::Curvature { axis, direction },
+            other => other,
+        };
+        Self { quantity, ..self }
+    }
+
     /// Name of the component in reports: `ax`, `ay`, `az`, `angle`, `k1`, `k2`, or `strain`.
     pub fn name(&self) -> &'static str {
         match self.quantity {

@@ -25,6 +25,7 @@ use crate::fit::structure::structure_problem::refuse_structure;
 use crate::numerics::scalar::Scalar;
 use crate::numerics::upper_median;
 use crate::scene::validate::positive;
+use crate::scene::{Parameter, Scene, SensorModel};
 use std::f64::consts::TAU;
 
 /// Offset of a sensor: its reading without a load.
@@ -47,6 +48,8 @@ pub struct SensorReadings {
     pub tare: Tare,
     /// Cutoff frequency of the first-order low-pass filter of the sensor, Hz; none without a filter.
     pub low_pass: Option<f64>,
+    /// Name of the sensor in `[[sensors]]` of the scene, with its frame, clock and filter; none without one.
+    pub model: Option<String>,
 }
 
 /// Readings of a sensor with their header.
@@ -67,7 +70,8 @@ impl Sensor {
     pub fn new(channel: impl Into<SensorChannel>, readings: Vec<Reading>) -> Self {
         let channel = channel.into();
         let header = Header { unit: channel.unit().into(), ..Header::default() };
-        let data = SensorReadings { channel, readings, tare: Tare::Known(0.0), low_pass: None };
+        let tare = Tare::Known(0.0);
+        let data = SensorReadings { channel, readings, tare, low_pass: None, model: None };
         Self { header, data }
     }
 
@@ -82,9 +86,68 @@ impl Sensor {
         self.data.low_pass = Some(frequency);
         self
     }
+
+    /// The readings of a sensor of the scene, by its name in `[[sensors]]`: rotation, delay and filter are those of
+    /// this table, and can be identified.
+    pub fn of_sensor(mut self, name: &str) -> Self {
+        self.data.model = Some(name.into());
+        self
+    }
 }
 
 impl SensorReadings {
+    /// The sensor of the scene to which the readings refer; none without a name.
+    fn model<'s, D>(&self, scene: &'s Scene<D>) -> Option<&'s SensorModel<D>> {
+        let name = self.model.as_ref()?;
+        scene.sensors.iter().find(|sensor| sensor.name == *name)
+    }
+
+    /// Whether its times are on a clock with a delay, which the scene has or one of `parameters` is.
+    pub(crate) fn is_delayed(
+        &self,
+        scene: &Scene,
+        mut parameters: impl Iterator<Item = Parameter>,
+    ) -> bool {
+        let Some(model) = self.model(scene) else { return false };
+        let own = format!("sensors.{}.delay", model.name);
+        model.delay != 0.0 || parameters.any(|parameter| parameter.path() == own)
+    }
+
+    /// The component at all times of a record, without filter, in the frame of the sensor of the scene.
+    fn components<D: Scalar>(
+        &self,
+        record: &RecordView<'_, D>,
+        simulated: &SimulatedOutput<D>,
+    ) -> Result<Vec<D>, Error> {
+        match self.model(simulated.scene) {
+            Some(model) => self.channel.rotated_values(model.rotation, record, simulated),
+            None => self.channel.values(record, simulated),
+        }
+    }
+
+    /// Rejects a name that no sensor of the scene has, a rotation of the sensor that the quantity does not have, and
+    /// filters of both the sensor and the observation, or of readings at rest. Errors have the key.
+    fn check_model(&self, name: &str, context: &ValidationContext) -> Result<(), Error> {
+        let ValidationContext { problem, key, .. } = context;
+        let Some(model) = self.model(problem.scene()) else {
+            let names = problem.scene().sensors.iter().map(|sensor| &*sensor.name);
+            let allowed = match names.clone().next() {
+                Some(_) => format!("one of {}", names.collect::<Vec<_>>().join(", ")),
+                None => "a sensor of the scene, which has no [[sensors]]".into(),
+            };
+            return Err(Error::invalid(format!("{key}.sensor"), format!("{name:?}"), allowed));
+        };
+        self.channel.check_rotated(model.rotation, problem, name)?;
+        let (found, allowed) = ("a filter", "no filter, as the sensor of the scene has low_pass");
+        let is_one = model.low_pass.is_none() || self.low_pass.is_none();
+        ensure(is_one, format!("{key}.filter"), found, allowed)?;
+        let moves = self.readings.iter().all(|r| r.time.is_some());
+        let is_filtered = model.low_pass.is_some();
+        let found = "a filter of readings at rest";
+        let allowed = "a filter of readings over time only";
+        ensure(moves || !is_filtered, format!("sensors.{name}.low_pass"), found, allowed)
+    }
+
     /// The output of the sensor, without tare, at all recorded times of a motion: the component, filtered by
     /// `dy/dt = 2 pi f (u - y)` if the sensor has a filter with the cutoff frequency `f`. The filter is exact for a
     /// component `u` that is linear between the steps, and starts at the first value. Angles are continued without
@@ -94,18 +157,20 @@ impl SensorReadings {
         record: &RecordView<'_, D>,
         simulated: &SimulatedOutput<D>,
     ) -> Result<Vec<D>, Error> {
-        let mut values = self.channel.values(record, simulated)?;
+        let mut values = self.components(record, simulated)?;
         if self.channel.is_angle() {
             join_turns(&mut values);
         }
-        let (Some(frequency), Some(first)) = (self.low_pass, values.first().copied()) else {
+        let own = self.model(simulated.scene).and_then(|model| model.low_pass);
+        let frequency = own.or(self.low_pass.map(D::from));
+        let (Some(frequency), Some(first)) = (frequency, values.first().copied()) else {
             return Ok(values);
         };
-        let (rate, mut output, mut before) = (TAU * frequency, first, first);
+        let (rate, mut output, mut before) = (frequency * TAU, first, first);
         for (k, value) in values.iter_mut().enumerate().skip(1) {
             let h = record.times()[k] - record.times()[k - 1];
             // dy/dt = rate (u - y) with u linear over the step.
-            let lag = (*value - before) * (1.0 / (rate * h));
+            let lag = (*value - before) / (rate * h);
             before = *value;
             output =
                 before - lag + (output - (before - lag * (rate * h)) + lag) * (-rate * h).exp();
@@ -113,6 +178,13 @@ impl SensorReadings {
         }
         Ok(values)
     }
+}
+
+/// The time of the motion, s, that a sensor with this `delay`, s, shows at `time`, s: `time - delay`, at least zero, and
+/// without derivatives at zero.
+fn time_of_motion<D: Scalar>(time: f64, delay: Option<D>) -> D {
+    let since = delay.map_or(D::from(time), |delay| -delay + time);
+    if since.value() > 0.0 { since } else { D::from(0.0) }
 }
 
 /// Adds whole turns to angles, rad, so that each differs from the one before by at most half a turn.
@@ -173,6 +245,9 @@ impl DataKind for SensorReadings {
             let found = "a filter of readings at rest";
             ensure(moves, format!("{key}.filter"), found, "a filter of readings over time only")?;
         }
+        if let Some(name) = &self.model {
+            self.check_model(name, context)?;
+        }
         if let Tare::Known(offset) = self.tare {
             ensure(offset.is_finite(), format!("{key}.tare"), offset, "a finite number")?;
         }
@@ -193,8 +268,10 @@ impl DataKind for SensorReadings {
     fn require(&self, outputs: &mut Requirements) {
         let last = self.readings.iter().filter_map(|r| r.time).reduce(f64::max);
         let rests = self.readings.iter().any(|r| r.time.is_none());
-        if let Some(last) = last {
-            outputs.last_read = outputs.last_read.max(last);
+        match (last, &self.model) {
+            (Some(last), Some(name)) => outputs.last_delayed.push((name.clone(), last)),
+            (Some(last), None) => outputs.last_read = outputs.last_read.max(last),
+            (None, _) => {}
         }
         self.channel.require(last.is_some(), rests, outputs);
     }
@@ -217,14 +294,17 @@ impl DataKind for SensorReadings {
         };
         let has_rest = self.readings.iter().any(|r| r.time.is_none());
         let at_rest = match simulated.resting.as_ref().filter(|_| has_rest) {
-            Some(record) => self.channel.values(record, simulated)?.first().copied(),
+            Some(record) => self.components(record, simulated)?.first().copied(),
             None => None,
         };
+        let delay = self.model(simulated.scene).map(|model| model.delay);
         let exact = if let Tare::Known(tare) = self.tare { -tare } else { 0.0 };
         let mut differences = Vec::with_capacity(self.readings.len());
         for Reading { time, value } in &self.readings {
             let found = match (time, &simulated.moving, &output) {
-                (Some(time), Some(record), Some(output)) => record.linear(output, *time)?,
+                (Some(time), Some(record), Some(output)) => {
+                    record.linear(output, time_of_motion(*time, delay))?
+                }
                 (None, ..) if let Some(at_rest) = at_rest => at_rest,
                 _ => continue,
             };

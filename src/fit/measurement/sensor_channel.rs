@@ -165,6 +165,67 @@ impl SensorChannel {
         }
     }
 
+    /// The unit vector along which the component of a vector is measured; none of an angle and a strain.
+    fn direction(&self) -> Option<[f64; 3]> {
+        match self {
+            Self::Support(channel) => Some(channel.direction),
+            Self::Point(channel) => channel.direction(),
+        }
+    }
+
+    /// The channel of the same vector along another `direction`.
+    fn along(self, direction: [f64; 3]) -> Self {
+        match self {
+            Self::Support(channel) => Channel { direction, ..channel }.into(),
+            Self::Point(channel) => channel.along(direction).into(),
+        }
+    }
+
+    /// Rejects a `rotation` of the sensor, rad, about an axis that the quantity does not have: any one of an angle or
+    /// strain, and one about the directors of a curvature. Other errors are those of [`check`](Self::check) for the
+    /// rotated channel. `name` is that of the sensor, for errors.
+    pub(crate) fn check_rotated(
+        &self,
+        rotation: [f64; 3],
+        problem: &Problem,
+        name: &str,
+    ) -> Result<(), Error> {
+        if rotation == [0.0; 3] {
+            return Ok(());
+        }
+        let (key, found) = (format!("sensors.{name}.rotation"), format!("{rotation:?}"));
+        let Some(direction) = self.direction() else {
+            let allowed = "0 of an angle or strain: `tare` of an angle, and `rotation` of the observation, have this effect";
+            return Err(Error::invalid(key, found, allowed));
+        };
+        let rotated = self.along(rotate(rotation, direction));
+        rotated.check(problem, &format!("sensors.{name}"), false)
+    }
+
+    /// The component along the axis of the channel turned by the rotation vector `rotation`, rad, one value per time of
+    /// a record: the sum of the components of the vector along the three axes, each times that of the turned axis.
+    /// Errors are those of [`values`](Self::values).
+    pub(crate) fn rotated_values<D: Scalar>(
+        &self,
+        rotation: [D; 3],
+        record: &RecordView<'_, D>,
+        simulated: &SimulatedOutput<D>,
+    ) -> Result<Vec<D>, Error> {
+        let is_zero = D::ORDER == 0 && rotation.iter().all(|r| r.value() == 0.0);
+        let Some(direction) = self.direction().filter(|_| !is_zero) else {
+            return self.values(record, simulated);
+        };
+        let direction = rotate(rotation, direction.map(D::from));
+        let mut sum = Vec::new();
+        for axis in 0..3 {
+            let own = self.along(std::array::from_fn(|c| f64::from(u8::from(c == axis))));
+            let values = own.values(record, simulated)?;
+            sum.resize(values.len(), D::from(0.0));
+            sum.iter_mut().zip(values).for_each(|(sum, value)| *sum += value * direction[axis]);
+        }
+        Ok(sum)
+    }
+
     /// Whether the component is an angle, so that values that differ by whole turns are the same.
     pub(crate) fn is_angle(&self) -> bool {
         matches!(self, Self::Point(channel) if channel.is_angle())

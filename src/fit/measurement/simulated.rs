@@ -81,6 +81,8 @@ pub struct Requirements {
     pub recorded_range: [Option<[f64; 2]>; 3],
     /// Time of the last reading of a gauge or sensor on the clock of the motion, s.
     pub last_read: f64,
+    /// Time of the last reading, s, on the clock of a sensor of the scene, with the name of this sensor.
+    pub last_delayed: Vec<(String, f64)>,
 }
 
 impl Requirements {

@@ -174,16 +174,22 @@ impl ObservedExperiment {
         }
         let time = problem.time()?;
         // The clock of the camera may be ahead of that of the motion: the last sample determines the end.
-        let Requirements { last_recorded, recorded_range, last_read, .. } = &self.required;
+        let Requirements { last_recorded, recorded_range, last_read, last_delayed, .. } =
+            &self.required;
         let camera = problem.scene().camera;
         let end = match camera.row_delay == [0.0; 3] {
             true => last_recorded - camera.time_offset,
             false => View::new(&problem, |_, x| x).latest_time(*last_recorded, recorded_range),
         };
-        let end = end.max(*last_read);
+        let of_sensor = |(name, last): &(String, f64)| {
+            let sensor = problem.scene().sensors.iter().find(|sensor| sensor.name == *name);
+            last - sensor.map_or(0.0, |sensor| sensor.delay)
+        };
+        let end = last_delayed.iter().map(of_sensor).fold(end.max(*last_read), f64::max);
         let longest = MAX_DURATION_RATIO * time.end.max(self.required.last_recorded);
         if end > longest {
-            let words = "the time offset of the camera, or the delay of its rows, is longer than the motion";
+            let words = "the time offset of the camera, the delay of its rows, or that of a sensor, is longer than the \
+                         motion";
             return Err(Error::Fit(format!("{words} ({end:.3e} s of at most {longest:.3e} s)")));
         }
         let steps = ((end / time.step_size() - 1e-9).ceil().max(1.0)) as usize;

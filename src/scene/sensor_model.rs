@@ -1,0 +1,61 @@
+//! `[[sensors]]`: frame, clock and filter of sensors, to which the observations of a fit refer by name.
+//!
+//! A [`SensorModel`] has a rotation of the frame beyond that of the observation (rotation vector, rad), a delay, s, and
+//! the cutoff frequency of a first-order low-pass filter, Hz. A reading at `t` is the filtered component at `t - delay`.
+//! Only fits use sensors, with these numbers as possible parameters (`sensors.NAME.delay`). By default there is no
+//! effect. Names that are not valid or used twice are rejected.
+
+use crate::error::{Error, ensure};
+use crate::scene::number::Quantity;
+use crate::scene::table::table;
+use crate::scene::validate::check_name;
+
+table! {
+    /// `[[sensors]]`: frame, clock and filter of a sensor. An observation with the key `sensor` refers to it by its
+    /// name. The motion does not depend on it.
+    ///
+    /// ```
+    /// use rodfit::Scene;
+    /// use rodfit::scene::SensorModel;
+    /// let mut scene = Scene::load("data/cantilever.toml")?;
+    /// scene.sensors = vec![SensorModel { delay: 0.02, ..SensorModel::new("cell") }]; // s
+    /// let delay: rodfit::Parameter = "sensors.cell.delay".parse()?;
+    /// assert_eq!(delay.of(&scene), Some(0.02));
+    /// # Ok::<(), rodfit::Error>(())
+    /// ```
+    pub struct SensorModel by name {
+        /// Name, part of the names of its parameters: a letter, then letters, digits, - and _.
+        pub name: String,
+        /// Rotation vector of its frame, rad, beyond `axes` and `rotation` of the observation: in axes of the world
+        /// under a support, in axes of the rod (tangent, first and second director) at a point.
+        #[serde(default, deserialize_with = "crate::input::arrays::numbers")]
+        pub rotation: [D; 3] = Quantity::ANGLE.of_the_camera(),
+        /// Delay of its readings, s: that of the time `t` shows the rod at `t - delay`.
+        #[serde(default)]
+        pub delay: D = Quantity::signed("s").within(-1e6, 1e6).of_the_camera(),
+        /// Cutoff frequency of its first-order low-pass filter, Hz; none without a filter.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        pub low_pass: Option<D> = Quantity::positive("Hz").of_the_camera(),
+    }
+}
+
+impl<D: From<f64>> SensorModel<D> {
+    /// A sensor of this name without rotation, delay and filter.
+    pub fn new(name: &str) -> Self {
+        let zero = || D::from(0.0);
+        let rotation = [zero(), zero(), zero()];
+        Self { name: name.into(), rotation, delay: zero(), low_pass: None }
+    }
+}
+
+/// Rejects the first sensor whose name is not valid, or the name of one before it. The error has the path
+/// `sensors[i].name`.
+pub(super) fn check_sensors(sensors: &[SensorModel]) -> Result<(), Error> {
+    for (i, sensor) in sensors.iter().enumerate() {
+        let key = format!("sensors[{i}].name");
+        check_name(&key, &sensor.name)?;
+        let is_new = sensors[..i].iter().all(|other| other.name != sensor.name);
+        ensure(is_new, key, format!("a second sensor {:?}", sensor.name), "each name once")?;
+    }
+    Ok(())
+}

@@ -1,0 +1,294 @@
+//! Sensors of the scene: rotation, delay and filter are identified from exact data beside the modulus; derivatives;
+//! coverage with noise; invalid input.
+
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, Normal};
+use rodfit::fit::{Channel, FitFile, PointChannel, ReactionPart, Reading, Sensor, SensorChannel};
+use rodfit::scene::{Dimension, End, Scene, SensorModel};
+use rodfit::{Fit, FitReport, Parameter, Point, Trajectory, Unknown};
+
+use crate::calls::{refused, short};
+use crate::common::fits::same_mesh;
+use crate::point_sensors::{model, steps};
+use crate::sensors::filtered;
+
+/// Rotation of a frame about z, rad.
+const TURN: f64 = 0.2;
+/// Delay of the readings, s: not a whole number of steps.
+const DELAY: f64 = 0.0071;
+/// Cutoff frequency, Hz.
+const FREQUENCY: f64 = 20.0;
+
+/// The component of the force of the wall along a world axis.
+fn force(axis: usize) -> Channel {
+    Channel::along_world(End::Start, ReactionPart::Force, axis)
+}
+
+/// A scene with a sensor without effect, of the name `cell`.
+fn with_sensor(scene: &Scene) -> Scene {
+    let mut scene = scene.clone();
+    scene.sensors = vec![SensorModel::new("cell")];
+    scene
+}
+
+/// Value of an estimate.
+fn value(report: &FitReport, name: &str) -> f64 {
+    let parameter: Parameter = name.parse().unwrap();
+    report.parameters.iter().find(|e| e.name == parameter).unwrap().value.unwrap()
+}
+
+/// Forces at the wall along x and y, at t = 0 and every step.
+fn forces(scene: &Scene) -> [Vec<Reading>; 2] {
+    let problem = scene.problem().unwrap();
+    let mut run = Trajectory::new(&problem, &[], &[]).unwrap().keep_reactions();
+    run.run(&problem, problem.time().unwrap().steps(), |_| {}).unwrap();
+    let reactions = run.reactions();
+    [0, 1].map(|axis| {
+        let times = run.times().iter().enumerate();
+        times
+            .map(|(k, t)| Reading { time: Some(*t), value: reactions[k].start.force[axis] })
+            .collect()
+    })
+}
+
+/// The linear interpolant of readings at a time.
+fn at(readings: &[Reading], time: f64) -> f64 {
+    let after = readings.iter().position(|r| r.time.unwrap() > time).unwrap();
+    let [before, after] = [readings[after - 1], readings[after]];
+    let [t0, t1] = [before.time.unwrap(), after.time.unwrap()];
+    before.value + (after.value - before.value) * (time - t0) / (t1 - t0)
+}
+
+/// Readings of a cell that is turned about z and shows filtered forces later by the delay, at every second step.
+fn delayed(scene: &Scene) -> [Vec<Reading>; 2] {
+    let [along, across] = forces(scene);
+    let (sine, cosine) = TURN.sin_cos();
+    // Axes of the cell: x is (cos, sin), y is (-sin, cos).
+    [[cosine, sine], [-sine, cosine]].map(|[x, y]| {
+        let sum = |(a, b): (&Reading, &Reading)| Reading { value: x * a.value + y * b.value, ..*a };
+        let turned: Vec<Reading> = along.iter().zip(&across).map(sum).collect();
+        let mut shown = filtered(&turned[1..], turned[0].value, FREQUENCY);
+        shown.insert(0, turned[0]);
+        let times = turned.iter().filter_map(|r| r.time).filter(|t| *t > DELAY).step_by(2);
+        times.map(|t| Reading { time: Some(t), value: at(&shown, t - DELAY) }).collect()
+    })
+}
+
+/// The fit of both components, with all numbers of the cell as unknowns.
+fn fit_of(scene: &Scene, readings: [Vec<Reading>; 2], sigma: f64) -> Fit {
+    let mut scene = with_sensor(scene);
+    scene.sensors[0].low_pass = Some(1.3 * FREQUENCY);
+    let mut fit = Fit::new(&scene.problem().unwrap());
+    for (axis, readings) in readings.into_iter().enumerate() {
+        fit = fit.observe(Sensor::new(force(axis), readings).sigma(sigma).of_sensor("cell"));
+    }
+    fit = fit.identify(Unknown::new(Parameter::YoungsModulus).start(1.05e8));
+    for name in ["sensors.cell.rotation.z", "sensors.cell.delay", "sensors.cell.low_pass"] {
+        fit = fit.identify(Unknown::new(name.parse().unwrap()));
+    }
+    fit.analyse(same_mesh())
+}
+
+#[test]
+fn rotation_delay_and_filter_are_identified_from_exact_forces() {
+    let report = fit_of(&short(), delayed(&short()), 1e-3).solve().unwrap();
+    let numbers = [
+        ("youngs_modulus", 1e8),
+        ("sensors.cell.rotation.z", TURN),
+        ("sensors.cell.delay", DELAY),
+        ("sensors.cell.low_pass", FREQUENCY),
+    ];
+    for (name, truth) in numbers {
+        let off = (value(&report, name) / truth - 1.0).abs();
+        println!("{name}: {off:e}");
+        // 20000 steps of the midpoint rule per step leave 1e-10 in the filtered readings.
+        assert!(off < 1e-7, "{name} off by {off:e}\n{report}");
+    }
+}
+
+/// Five-point differences of residuals by each of the four numbers, and of the gradient for the Hessian.
+#[test]
+fn derivatives_by_numbers_of_a_sensor_are_those_of_differences() {
+    let residuals = fit_of(&short(), delayed(&short()), 0.1).residuals().unwrap();
+    // Between two steps, so that no interpolated time meets a step within the difference.
+    let x = [1.1e8_f64.ln(), 0.3, 0.0093, 27.0_f64.ln()];
+    let jacobian = residuals.jacobian_at(&x).unwrap();
+    let hessian = residuals.hessian_at(&x).unwrap();
+    let gradient = |x: &[f64]| -> Vec<f64> {
+        let (rows, r) = (residuals.jacobian_at(x).unwrap(), residuals.residuals(x).unwrap());
+        (0..4).map(|j| rows.iter().zip(&r).map(|(row, r)| row[j] * r).sum()).collect()
+    };
+    for (j, h) in [1e-3, 1e-3, 1e-4, 1e-3].into_iter().enumerate() {
+        let points = [1.0, -1.0, 2.0, -2.0].map(|k| {
+            let mut x = x;
+            x[j] += k * h;
+            x
+        });
+        let slope = |[a, b, c, d]: [f64; 4]| (8.0 * (a - b) - (c - d)) / (12.0 * h);
+        let all = points.map(|x| residuals.residuals(&x).unwrap());
+        let largest = jacobian.iter().map(|row| row[j].abs()).fold(0.0, f64::max);
+        for (i, row) in jacobian.iter().enumerate() {
+            let off = (row[j] - slope([0, 1, 2, 3].map(|p| all[p][i]))).abs();
+            assert!(off < 1e-6 * largest, "row {i}, {j}: {off:e} of {largest:e}");
+        }
+        let gradients = points.map(|x| gradient(&x));
+        for i in 0..4 {
+            let off = (hessian[i][j] - slope([0, 1, 2, 3].map(|p| gradients[p][i]))).abs();
+            let size = (hessian[i][i] * hessian[j][j]).abs().sqrt();
+            assert!(off < 1e-6 * size, "{i} {j}: {off:e} of {size:e}");
+        }
+    }
+}
+
+/// The rotation of an accelerometer and the roll of a curvature sensor in space are found from exact readings.
+#[test]
+fn frames_of_sensors_in_space_are_identified() {
+    let mut scene = short();
+    scene.rod.dimension = Dimension::Spatial;
+    scene.material.poisson_ratio = Some(0.4);
+    scene.loads.gravity = [0.0, -9.8, 4.0];
+    let problem = scene.problem().unwrap();
+    let turn = [0.3, -0.2, 0.15];
+    let accelerations = [0, 1, 2].map(|axis| PointChannel::acceleration(Point::Tip, axis));
+    let curvatures = [0, 1].map(|axis| PointChannel::curvature(Point::ArcLength(0.1), axis));
+    let cases: [(Vec<PointChannel>, [f64; 3]); 2] =
+        [(accelerations.to_vec(), turn), (curvatures.to_vec(), [0.4, 0.0, 0.0])];
+    for (channels, turn) in cases {
+        let mut fit = Fit::new(&with_sensor(&scene).problem().unwrap());
+        for channel in channels {
+            let readings = model(&problem, channel.rotated(turn), &steps(&problem));
+            fit = fit.observe(Sensor::new(channel, readings).sigma(1e-3).of_sensor("cell"));
+        }
+        fit = fit.identify(Unknown::new(Parameter::YoungsModulus).start(1.03e8));
+        for (axis, turn) in ["x", "y", "z"].into_iter().zip(turn) {
+            if turn != 0.0 {
+                let name = format!("sensors.cell.rotation.{axis}");
+                fit = fit.identify(Unknown::new(name.parse().unwrap()));
+            }
+        }
+        let report = fit.analyse(same_mesh()).solve().unwrap();
+        assert!((value(&report, "youngs_modulus") / 1e8 - 1.0).abs() < 1e-7, "{report}");
+        for (axis, turn) in ["x", "y", "z"].into_iter().zip(turn).filter(|(_, t)| *t != 0.0) {
+            let off = (value(&report, &format!("sensors.cell.rotation.{axis}")) - turn).abs();
+            assert!(off < 1e-7, "{axis}: {off:e}");
+        }
+    }
+}
+
+#[test]
+fn intervals_beside_numbers_of_a_sensor_cover_the_modulus() {
+    const SETS: usize = 200;
+    let mut scene = short();
+    scene.rod.segments = Some(6);
+    let exact = delayed(&scene);
+    let size = exact[1].iter().map(|r| r.value.abs()).fold(0.0, f64::max);
+    let noise = Normal::new(0.0, 0.02 * size).unwrap();
+    let mut covered = [0; 3];
+    for seed in 0..SETS {
+        let mut random = ChaCha8Rng::seed_from_u64(seed as u64);
+        let noisy = exact.clone().map(|readings| {
+            let noisy = |r: Reading| Reading { value: r.value + noise.sample(&mut random), ..r };
+            readings.into_iter().map(noisy).collect()
+        });
+        let report = fit_of(&scene, noisy, 0.02 * size).solve().unwrap();
+        let truths = [1e8, TURN, DELAY];
+        for ((covered, estimate), truth) in covered.iter_mut().zip(&report.parameters).zip(truths) {
+            let interval = estimate.interval95;
+            *covered +=
+                usize::from(interval.is_some_and(|[low, high]| low <= truth && truth <= high));
+        }
+    }
+    // The expectation is 190 of 200; the standard deviation of each count is 3.1.
+    println!("{covered:?} of {SETS} intervals");
+    assert!(covered.iter().all(|count| (184..=196).contains(count)), "{covered:?} of {SETS}");
+}
+
+/// Readings of a late clock end after the motion; the simulation ends there, as the shown times do.
+#[test]
+fn readings_of_a_late_clock_may_end_after_the_motion() {
+    let mut scene = with_sensor(&short());
+    let end = scene.time.as_ref().unwrap().end;
+    let readings = |delay: f64| vec![Reading { time: Some(end + delay), value: 1.0 }; 1];
+    let fit = |scene: &Scene, delay: f64| {
+        let sensor = Sensor::new(force(1), readings(delay)).sigma(1.0).of_sensor("cell");
+        Fit::new(&scene.problem().unwrap()).observe(sensor).identify(Parameter::YoungsModulus)
+    };
+    assert!(fit(&scene, 0.02).residuals().is_err());
+    scene.sensors[0].delay = 0.02;
+    let late = fit(&scene, 0.02).residuals().unwrap().residuals(&[1e8_f64.ln()]).unwrap()[0];
+    scene.sensors[0].delay = 0.0;
+    let prompt = fit(&scene, 0.0).residuals().unwrap().residuals(&[1e8_f64.ln()]).unwrap()[0];
+    assert!((late - prompt).abs() < 1e-12, "{late} {prompt}");
+    // Early clocks show states after the end, up to which the motion is continued.
+    scene.sensors[0].delay = -0.01;
+    assert!(
+        fit(&scene, 0.0).residuals().unwrap().residuals(&[1e8_f64.ln()]).unwrap()[0].is_finite()
+    );
+}
+
+#[test]
+fn invalid_sensors_are_named() {
+    let mut scene = with_sensor(&short());
+    scene.sensors.push(SensorModel::new("cell"));
+    assert_eq!(refused(scene.problem())[0], "sensors[1].name");
+    scene.sensors[1].name = "a.b".into();
+    assert_eq!(refused(scene.problem())[0], "sensors[1].name");
+    scene.sensors.pop();
+    let refusal = |scene: &Scene, channel: SensorChannel, name: &str, filter: Option<f64>| {
+        let reading = Reading { time: Some(0.01), value: 0.0 };
+        let mut sensor = Sensor::new(channel, vec![reading]).sigma(1.0).of_sensor(name);
+        sensor.data.low_pass = filter;
+        let fit = Fit::new(&scene.problem().unwrap()).observe(sensor);
+        refused(fit.identify(Parameter::YoungsModulus).solve())
+    };
+    let [key, found, allowed] = refusal(&scene, force(0).into(), "bell", None);
+    assert_eq!([&*key, &found, &allowed], ["observation[0].sensor", "\"bell\"", "one of cell"]);
+    let none = refusal(&short(), force(0).into(), "cell", None);
+    assert_eq!(none[2], "a sensor of the scene, which has no [[sensors]]");
+    scene.sensors[0].rotation = [0.0, 0.1, 0.0];
+    let angle = PointChannel::angle(Point::Tip).into();
+    assert_eq!(refusal(&scene, angle, "cell", None)[0], "sensors.cell.rotation");
+    let strain = PointChannel::strain(Point::Tip, [1e-3, 0.0]).into();
+    assert_eq!(refusal(&scene, strain, "cell", None)[0], "sensors.cell.rotation");
+    scene.sensors[0].rotation = [0.0, 0.0, 0.1];
+    let curvature = PointChannel::curvature(Point::ArcLength(0.1), 0).into();
+    assert_eq!(refusal(&scene, curvature, "cell", None)[0], "sensors.cell.rotation");
+    scene.sensors[0].low_pass = Some(5.0);
+    assert_eq!(refusal(&scene, force(0).into(), "cell", Some(5.0))[0], "observation[0].filter");
+}
+
+/// The keys of files: `[[sensors]]` in the scene, `sensor` in the observation, and the names of parameters.
+#[test]
+fn sensor_of_a_fit_file_is_identified() {
+    let folder = tempfile::tempdir().unwrap();
+    let place = |name: &str| folder.path().join(name);
+    let [along, across] = delayed(&short());
+    let mut table = "t,fx,fy\n".to_string();
+    for (x, y) in along.iter().zip(&across) {
+        table += &format!("{},{},{}\n", x.time.unwrap(), x.value, y.value);
+    }
+    std::fs::write(place("cell.csv"), table).unwrap();
+    let mut scene = with_sensor(&short());
+    scene.sensors[0].low_pass = Some(FREQUENCY);
+    std::fs::write(place("scene.toml"), scene.to_toml().unwrap()).unwrap();
+    let text = "scene = \"scene.toml\"\n[[parameter]]\nname = \"material.youngs_modulus\"\n\
+                [[parameter]]\nname = \"sensors.cell.rotation.z\"\n\
+                [[parameter]]\nname = \"sensors.cell.delay\"\n\
+                [[observation]]\nfile = \"cell.csv\"\nquantity = \"force\"\nof = \"start\"\n\
+                sensor = \"cell\"\nsigma = 1e-3\n";
+    std::fs::write(place("fit.toml"), text).unwrap();
+    let file = FitFile::load(&place("fit.toml")).unwrap();
+    let report = file.fit().analyse(same_mesh()).solve().unwrap();
+    for (name, truth) in
+        [("youngs_modulus", 1e8), ("sensors.cell.rotation.z", TURN), ("sensors.cell.delay", DELAY)]
+    {
+        let off = (value(&report, name) / truth - 1.0).abs();
+        assert!(off < 1e-7, "{name} off by {off:e}");
+    }
+    let text = text
+        .replace("sensor = \"cell\"\n", "")
+        .replace("quantity = \"force\"\nof = \"start\"", "sensor = \"cell\"");
+    std::fs::write(place("fit.toml"), text).unwrap();
+    assert_eq!(refused(FitFile::load(&place("fit.toml")))[0], "observation[0].sensor");
+}
