@@ -17,6 +17,7 @@ use crate::error::{Error, ensure};
 use crate::fit::measurement::dataset::{DataKind, Dataset, Header, ValidationContext};
 use crate::fit::measurement::gauge::check_readings;
 use crate::fit::measurement::loss::Loss;
+use crate::fit::measurement::low_pass::low_pass_filter;
 use crate::fit::measurement::quantity::GaugeScalar;
 use crate::fit::measurement::reading::Reading;
 use crate::fit::measurement::sensor_channel::SensorChannel;
@@ -98,18 +99,8 @@ impl SensorReadings {
         if self.channel.is_angle() {
             join_turns(&mut values);
         }
-        let (Some(frequency), Some(first)) = (self.low_pass, values.first().copied()) else {
-            return Ok(values);
-        };
-        let (rate, mut output, mut before) = (TAU * frequency, first, first);
-        for (k, value) in values.iter_mut().enumerate().skip(1) {
-            let h = record.times()[k] - record.times()[k - 1];
-            // dy/dt = rate (u - y) with u linear over the step.
-            let lag = (*value - before) * (1.0 / (rate * h));
-            before = *value;
-            output =
-                before - lag + (output - (before - lag * (rate * h)) + lag) * (-rate * h).exp();
-            *value = output;
+        if let Some(frequency) = self.low_pass {
+            low_pass_filter(&mut values, record.times(), D::from(frequency));
         }
         Ok(values)
     }
