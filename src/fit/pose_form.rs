@@ -1,8 +1,8 @@
 //! `[[observation]]` with `quantity = "pose"`: measured orientations of a point of the rod.
 //!
-//! Input: the keys of the table ([`SensorForm`]), its [`SensorTable`] with the path of the file, and the prepared scene.
-//! Output: three measurements, of the rotation about tangent and both directors, rad, or in a planar scene one, of the
-//! angle about the normal; each with filter, standard deviation, loss and `held_out` of the table.
+//! Input: the keys of the table ([`SensorForm`]), its [`SensorTable`] with the path of the file, and the prepared
+//! scene. Output: three measurements, of the rotation about tangent and both directors, rad, or in a planar scene one,
+//! of the angle about the normal; each with filter, standard deviation, loss and `held_out` of the table.
 //!
 //! Errors have the key: a tare in numbers, a free mounting together with `axes` or `rotation`, and those of
 //! [`PoseSensor::measurements`]. A file that cannot be read is an error with its path.
@@ -17,8 +17,8 @@ use crate::scene::Point;
 use std::path::Path;
 
 impl SensorForm {
-    /// The measurements of the rotations in the file at `path`, which is read as the `table` states. `key` is that of the
-    /// table in the fit file, for errors: those of the module's header.
+    /// The measurements of the rotations in the file at `path`, which is read as the `table` states. `key` is that of
+    /// the table in the fit file, for errors: those of the module's header.
     pub(super) fn read_pose(
         &self,
         table: &SensorTable,

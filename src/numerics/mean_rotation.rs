@@ -2,16 +2,16 @@
 //!
 //! Input: rotation matrices `R_k`, with numbers that may carry derivatives. Output: the rotation matrix `C` that
 //! minimizes the sum of the squares of the rotation vectors `r_k` of `C' R_k` (the Karcher mean; Moakher 2002,
-//! doi:10.1137/S0895479801383877). There the sum of the `r_k` is zero. Newton's method starts at the rotation nearest to
-//! the sum of the matrices:
+//! doi:10.1137/S0895479801383877). There the sum of the `r_k` is zero. Newton's method starts at the rotation nearest
+//! to the sum of the matrices:
 //!
 //! ```text
 //! C <- C exp(c),   (sum of J(r_k)^-1) c = sum of r_k,   J(r) = T(r)'
 //! ```
 //!
-//! with the tangent map `T`. It converges in plain numbers first. One step with derivatives for each of their orders then
-//! makes these exact. The mean of no rotations is the identity. Rotations that differ by about half a turn may have
-//! several means; the result is then one of them, or the start, and finite.
+//! with the tangent map `T`. It converges in plain numbers first. One step with derivatives for each of their orders
+//! then makes these exact. The mean of no rotations is the identity. Rotations that differ by about half a turn may
+//! have several means; the result is then one of them, or the start, and finite.
 
 use crate::numerics::rotation::{
     Matrix3, components_of, exponential, identity, inverse, product, rotation_vector, tangent_map,
@@ -20,7 +20,8 @@ use crate::numerics::rotation::{
 use crate::numerics::scalar::Scalar;
 use crate::numerics::vector::{Vector, add, dot};
 
-/// Largest number of steps of Newton's method in plain numbers. Rotations that differ by less than 1 rad take about four.
+/// Largest number of steps of Newton's method in plain numbers. Rotations that differ by less than 1 rad take about
+/// four.
 const MOST_STEPS: usize = 50;
 /// Length of the last step, rad, at which the method has converged.
 const CONVERGED: f64 = 1e-14;
@@ -59,8 +60,8 @@ fn sum_of_vectors<D: Scalar>(mean: &Matrix3<D>, rotations: &[Matrix3<D>]) -> Vec
     rotations.iter().map(vector).fold([D::from(0.0); 3], add)
 }
 
-/// The inverse of the sum of `J(r)^-1` over the rotation vectors `r` of the `rotations` relative to `mean`. Not finite if
-/// the sum is singular.
+/// The inverse of the sum of `J(r)^-1` over the rotation vectors `r` of the `rotations` relative to `mean`. Not finite
+/// if the sum is singular.
 fn inverse_slope(mean: &Matrix3<f64>, rotations: &[Matrix3<f64>]) -> Matrix3<f64> {
     let back = transpose(mean);
     let mut sum = [[0.0; 3]; 3];

@@ -10,9 +10,9 @@
 //! where `r x` is the matrix of the cross product with `r`. So `T dr` is the small rotation that follows, in the turned
 //! axes. Rotation matrices have the turned axes in their columns. `exponential` is `exp(r)` and `tangent_map` is `T`.
 //! `logarithm` returns the rotation vector of a rotation by less than half a turn, and is not finite at half a turn.
-//! `rotation_vector` returns that of any rotation, of length up to half a turn. `tangent_map_slope` is the symmetric part
-//! of the derivative of `T' u` by `r`. All functions take numbers with derivatives. Bodies and joints of assemblies, and
-//! measured rotations, use them.
+//! `rotation_vector` returns that of any rotation, of length up to half a turn. `tangent_map_slope` is the symmetric
+//! part of the derivative of `T' u` by `r`. All functions take numbers with derivatives. Bodies and joints of
+//! assemblies, and measured rotations, use them.
 //!
 //! `orthonormal` returns a rotation matrix near a given one (Gram-Schmidt). The inverse of a singular matrix is not
 //! finite.

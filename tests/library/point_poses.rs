@@ -1,5 +1,5 @@
-//! Measured orientation of a point of the rod: values against markers beside the rod, derivatives, exact data, coverage with
-//! noise, mountings, tables and rigid bodies, and invalid input.
+//! Measured orientation of a point of the rod: values against markers beside the rod, derivatives, exact data, coverage
+//! with noise, mountings, tables and rigid bodies, and invalid input.
 
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 use rand::SeedableRng;
@@ -52,9 +52,9 @@ fn positions(
     values.chunks(3).map(Vector3::from_column_slice).collect()
 }
 
-/// The rotations of the rod's axes at a point, from markers 1 m from it along tangent and first director.
+/// The rotations of the rod's axes at a point, from markers 0.3 m from it along tangent and first director.
 fn axes(problem: &Problem, point: Point, times: &[f64]) -> Vec<Rotation3<f64>> {
-    let [center, ahead, beside] = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]
+    let [center, ahead, beside] = [[0.0; 3], [0.3, 0.0, 0.0], [0.0, 0.3, 0.0]]
         .map(|offset| positions(problem, point, offset, times));
     let at = |k: usize| rotation(ahead[k] - center[k], beside[k] - center[k]);
     (0..times.len()).map(at).collect()
@@ -410,8 +410,7 @@ fn vector([w, x, y, z]: [f64; 4]) -> Vector3<f64> {
 
 /// An export of Motive with two rigid bodies, the second one with these readings. Rotations are `X, Y, Z, W`.
 fn motive(readings: &[RotationReading]) -> String {
-    let columns = |text: &str| format!("{}{}", format!(",{text}").repeat(7), "");
-    let two = |a: &str, b: &str| columns(a) + &columns(b);
+    let two = |a: &str, b: &str| format!(",{a}").repeat(7) + &format!(",{b}").repeat(7);
     let head = "Format Version,1.23,Rotation Type,Quaternion,Length Units,Millimeters,Coordinate Space,Global";
     let properties = ",Rotation,Rotation,Rotation,Rotation,Position,Position,Position".repeat(2);
     let rows: String = readings
@@ -463,7 +462,7 @@ fn tables_and_rigid_bodies_give_the_same_modulus() {
         let file = file.unwrap();
         assert_eq!(file.experiments[0].measurements.len(), 3, "{keys}");
         let report = file.fit().analyse(same_mesh()).solve().unwrap();
-        assert_eq!(report.units, ["rad"]);
+        assert_eq!(report.units, ["rad"; 3]);
         found.push(report.parameters[0].value.unwrap());
         let off = (found[found.len() - 1] / 1e8 - 1.0).abs();
         assert!(off < 1e-7, "{keys}: {off:e}");
@@ -500,9 +499,9 @@ fn invalid_poses_are_refused_with_key_and_line() {
         (
             "",
             "t,qw,qx,qy,qz\n0.01,1,0,0,0\n0.02,0.9,0,0,0\n",
-            "line 3: found a quaternion of the length 0.9",
+            "poses.csv:3: found a quaternion of the length 0.9",
         ),
-        ("", "t,qw,qx,qy,qz\n0.01,1,0,,0\n", "line 2: found a pose without `qy`"),
+        ("", "t,qw,qx,qy,qz\n0.01,1,0,,0\n", "poses.csv:2: found a pose without `qy`"),
         ("", "t,ux,uy,uz,angle\n0.01,1,1,0,0.1\n", "found a rotation axis of the length"),
         ("", "t,rx[m],ry,rz\n0.01,1,0,0\n", "unit [m]"),
         ("", "t,qw,qx,qy,qz\n-0.01,1,0,0,0\n", "time_zero"),

@@ -1,8 +1,8 @@
 //! First-order low-pass filter of simulated signals.
 //!
-//! Input: values `u` at recorded times, s, over a scalar type with derivatives, and the cutoff frequency `f`, Hz. Output,
-//! in place: the solution of `dy/dt = 2 pi f (u - y)`, exact for `u` linear between the times. It starts at the first
-//! value. A list without values stays empty.
+//! Input: values `u` at recorded times, s, over a scalar type with derivatives, and the cutoff frequency `f`, Hz.
+//! Output, in place: the solution of `dy/dt = 2 pi f (u - y)`, exact for `u` linear between the times. It starts at the
+//! first value. A list without values stays empty.
 
 use crate::numerics::scalar::Scalar;
 use std::f64::consts::TAU;

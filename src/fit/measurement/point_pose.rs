@@ -2,25 +2,25 @@
 //!
 //! Input: the measured axes `Q_k` (columns: tangent, first and second director, in the world) at the times of the
 //! readings or at rest, made by [`PoseSensor`]; and the recorded directors of the edges around the point. The simulated
-//! axes `F` there are sums of those of the edges, with the cubic weights of a marker, made orthonormal (the tangent keeps
-//! its direction). They pass the [filter](PoseReadings::low_pass) of the sensor, and are linear between steps, before
-//! they are made orthonormal. Output: [`PoseReadings`], whose differences in a fit are a component of the rotation vector
-//! of the rotation from measured to simulated axes, rad, in the axes of the rod:
+//! axes `F` there are sums of those of the edges, with the cubic weights of a marker, made orthonormal (the tangent
+//! keeps its direction). Tangent and first director pass the filter of the sensor, are linear between steps, and are
+//! made orthonormal again. Output: [`PoseReadings`], whose differences in a fit are a component of the
+//! rotation vector of the rotation from measured to simulated axes, rad, in the axes of the rod:
 //!
 //! ```text
 //! r_k = log(C' Q_k' F_k)
 //! ```
 //!
 //! `C` is the identity. With a free mounting it is the constant rotation with the least sum of squares of all `r_k`
-//! ([`mean_rotation`]): the sum of each component is then zero, and it takes one degree of freedom of each. Quaternions of
-//! either sign and whole turns are the same. All derivatives are finite; at half a turn from the model the sign of `r_k`
-//! changes.
+//! ([`mean_rotation`]): the sum of each component is then zero, and it takes one degree of freedom of each. Quaternions
+//! of either sign and whole turns are the same. All derivatives are finite; at half a turn from the model the sign of
+//! `r_k` changes.
 //!
 //! A value is the component of the rotation vector from the axes of the rest shape to the measured ones, continuous in
 //! time. Changes of a value, as for synthetic data, change the difference by their negative.
 //!
-//! Errors: structures, times that do not increase within the simulation, a filter of readings at rest; and a free mounting
-//! of fewer than two readings, with another loss than squares, or with unequal standard deviations.
+//! Errors: structures, times that do not increase within the simulation, a filter of readings at rest; and a free
+//! mounting of fewer than two readings, with another loss than squares, or with unequal standard deviations.
 
 use crate::dynamics::record::RecordView;
 use crate::error::{Error, ensure};
@@ -36,7 +36,7 @@ use crate::fit::structure::structure_problem::refuse_structure;
 use crate::numerics::mean_rotation::mean_rotation;
 use crate::numerics::rotation::{Matrix3, orthonormal, product, rotation_vector, transpose};
 use crate::numerics::scalar::Scalar;
-use crate::numerics::vector::{Vector, dot, scale};
+use crate::numerics::vector::{Vector, combine, dot, scale};
 use crate::problem::Problem;
 use crate::scene::Point;
 use crate::scene::marker::MarkerStencil;
@@ -77,8 +77,8 @@ pub struct PoseReadings {
 }
 
 impl PoseReadings {
-    /// The three components of measured axes at the `times` of the readings of a `sensor`. `rest` has the axes of the rest
-    /// shape.
+    /// The three components of measured axes at the `times` of the readings of a `sensor`. `rest` has the axes of the
+    /// rest shape.
     pub(super) fn components(
         sensor: &PoseSensor,
         times: &[Option<f64>],
@@ -119,8 +119,8 @@ impl PoseReadings {
         })
     }
 
-    /// The first two columns of the simulated axes of the point, not yet orthonormal, at every time of a record: a list
-    /// over time for each of their six entries. Error: a point outside the rod or not recorded.
+    /// Tangent and first director of the simulated axes of the point at every time of a record: a list over time for
+    /// each of their six entries. Error: a point outside the rod or not recorded.
     fn entries<D: Scalar>(
         &self,
         record: &RecordView<'_, D>,
@@ -129,14 +129,18 @@ impl PoseReadings {
         // The weights with which the axes of the edges around the point are summed for a marker there.
         let stencil = MarkerStencil::new(self.point.fixed(), [1.0, 0.0, 0.0], simulated.mesh)?;
         let count = record.times().len();
-        let mut entries = [(); 6].map(|()| vec![D::from(0.0); count]);
-        for (edge, weight) in &stencil.edges {
-            for k in 0..count {
+        let mut entries = [(); 6].map(|()| Vec::with_capacity(count));
+        for k in 0..count {
+            let mut sums = [[D::from(0.0); 3]; 2];
+            for (edge, weight) in &stencil.edges {
                 let [tangent, first, _] = record.axes(*edge, k)?;
-                for (entry, x) in entries.iter_mut().zip(tangent.into_iter().chain(first)) {
-                    entry[k] += x * *weight;
+                for (sum, axis) in sums.iter_mut().zip([tangent, first]) {
+                    *sum = combine(D::from(1.0), *sum, *weight, axis);
                 }
             }
+            let axes = transpose(&orthonormal_columns(sums));
+            let own = axes[0].into_iter().chain(axes[1]);
+            entries.iter_mut().zip(own).for_each(|(list, x)| list.push(x));
         }
         Ok(entries)
     }
@@ -180,11 +184,16 @@ impl PoseReadings {
                 _ => continue,
             }
             let [t0, t1, t2, d0, d1, d2] = entries;
-            let zero = D::from(0.0);
-            axes.push((k, orthonormal(&transpose(&[[t0, t1, t2], [d0, d1, d2], [zero; 3]]))));
+            axes.push((k, orthonormal_columns([[t0, t1, t2], [d0, d1, d2]])));
         }
         Ok(axes)
     }
+}
+
+/// Orthonormal axes, in columns, whose first one is along the first of two vectors, and whose second one is in their
+/// plane.
+fn orthonormal_columns<D: Scalar>([first, second]: [Vector<D>; 2]) -> Matrix3<D> {
+    orthonormal(&transpose(&[first, second, [D::from(0.0); 3]]))
 }
 
 /// A rotation vector, rad, with whole turns about its axis that bring it nearest to another one.
@@ -241,9 +250,9 @@ impl DataKind for PoseReadings {
         self.measured.retain(|m| is_kept(&m.time));
     }
 
-    /// Rejects structures, a point outside the rod, a filter that is not positive or of readings at rest, and times that
-    /// do not increase within the simulation. Also rejects a free mounting of fewer than two readings, with another loss
-    /// than squares or with unequal standard deviations.
+    /// Rejects structures, a point outside the rod, a filter that is not positive or of readings at rest, and times
+    /// that do not increase within the simulation. Also rejects a free mounting of fewer than two readings, with
+    /// another loss than squares or with unequal standard deviations.
     fn check(&self, header: &Header, context: &ValidationContext) -> Result<(), Error> {
         let ValidationContext { problem, key, label, .. } = context;
         refuse_structure(problem, label, "an orientation of a point")?;
@@ -267,8 +276,8 @@ impl DataKind for PoseReadings {
         check_readings(&self.readings, context)
     }
 
-    /// Adds the axes at the point to the required `outputs`: in motion, with the time of the last reading, if any reading
-    /// has a time, and at rest if any has none.
+    /// Adds the axes at the point to the required `outputs`: in motion, with the time of the last reading, if any
+    /// reading has a time, and at rest if any has none.
     fn require(&self, outputs: &mut Requirements) {
         if let Some(last) = self.readings.iter().filter_map(|r| r.time).reduce(f64::max) {
             outputs.last_read = outputs.last_read.max(last);
@@ -281,10 +290,10 @@ impl DataKind for PoseReadings {
         }
     }
 
-    /// Calls `each` with the component of the rotation vector from measured to simulated axes, rad, less the change of the
-    /// value, in the order of the readings. With a free mounting the mean of these differences is zero. Readings whose
-    /// kind of simulation (motion or rest) is absent are skipped. An error for times after the end, and a point outside
-    /// the rod.
+    /// Calls `each` with the component of the rotation vector from measured to simulated axes, rad, less the change of
+    /// the value, in the order of the readings. With a free mounting the mean of these differences is zero. Readings
+    /// whose kind of simulation (motion or rest) is absent are skipped. An error for times after the end, and a point
+    /// outside the rod.
     fn differences<D: GaugeScalar>(
         &self,
         simulated: &SimulatedOutput<D>,

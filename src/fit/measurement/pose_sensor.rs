@@ -1,21 +1,21 @@
 //! Sensors that measure the orientation of a point of the rod, as clusters of markers or inertial units on it do.
 //!
-//! Input: a [`PoseSensor`], with the point of the rod, the measured rotations from the axes of the sensor to those of the
-//! world, and the mounting of the sensor on the rod. With the rotation matrix `M` of a reading and the constant mounting
-//! rotation `C` the measured directions of tangent, first and second director are the columns of
+//! Input: a [`PoseSensor`], with the point of the rod, the measured rotations from the axes of the sensor to those of
+//! the world, and the mounting of the sensor on the rod. With the rotation matrix `M` of a reading and the constant
+//! mounting rotation `C` the measured directions of tangent, first and second director are the columns of
 //!
 //! ```text
 //! [t, d1, d2] = M C,   C = exp(rotation) A
 //! ```
 //!
-//! where the columns of `A` are the signed axes of the sensor named in `axes`, as for recorded ends. A free mounting is an
-//! unknown `C`, a nuisance of three numbers.
+//! where the columns of `A` are the signed axes of the sensor named in `axes`, as for recorded ends. A free mounting is
+//! an unknown `C`, a nuisance of three numbers.
 //!
-//! Output of [`PoseSensor::measurements`]: in space three measurements, `rt`, `r1` and `r2`, of the rotation about tangent
-//! and directors ([`PoseReadings`]). In a planar scene it is one measurement of the angle of the tangent about the normal
-//! of the plane, rad; a free mounting is then a free tare of this angle. Errors: structures, an axis `none`, a rotation
-//! that is not finite, a quaternion whose length is not 1 within 1 %, no reading, a free mounting of rotations at rest, and
-//! in a planar scene a measured plane of the motion that is tilted by more than `LARGEST_TILT`.
+//! Output of [`PoseSensor::measurements`]: in space three measurements, `rt`, `r1` and `r2`, of the rotation about
+//! tangent and directors ([`PoseReadings`]). In a planar scene it is one measurement of the angle of the tangent about
+//! the normal of the plane, rad; a free mounting is then a free tare of this angle. Errors: structures, an axis `none`,
+//! a rotation that is not finite, a quaternion whose length is not 1 within 1 %, no reading, a free mounting of
+//! rotations at rest, and in a planar scene a measured plane of the motion that is tilted by more than `LARGEST_TILT`.
 
 use crate::error::{Error, ensure};
 use crate::fit::measurement::Measurement;
@@ -34,8 +34,8 @@ use crate::scene::gripper_frame::{rotated_axes, unit_quaternion};
 use crate::scene::{GripperPose, Point};
 use marker_files::Axes;
 
-/// Largest angle, rad, between the normal of a planar scene and the direction that the measured rotations have for it: 10
-/// degrees. Up to it the angle about the normal is in error by at most 1 %.
+/// Largest angle, rad, between the normal of a planar scene and the direction that the measured rotations have for it:
+/// 10 degrees. Up to it the angle about the normal is in error by at most 1 %.
 const LARGEST_TILT: f64 = 10.0 * std::f64::consts::PI / 180.0;
 
 /// How a sensor of orientation is fixed to the rod.
@@ -101,8 +101,8 @@ impl PoseSensor {
     }
 
     /// The measurements of the sensor on the rod of a problem: three in space, one in a plane, with unknown noise and
-    /// squared loss. Errors have the keys `quantity`, `tare`, `axes`, `rotation`, `point` and `file`, and are those of the
-    /// header.
+    /// squared loss. Errors have the keys `quantity`, `tare`, `axes`, `rotation`, `point` and `file`, and are those of
+    /// the header.
     pub fn measurements(&self, problem: &Problem) -> Result<Vec<Measurement>, Error> {
         refuse_structure(problem, "quantity", "an orientation of a point")?;
         let rests = self.readings.iter().any(|reading| reading.time.is_none());

@@ -2,9 +2,9 @@
 //!
 //! Input of [`SensorTable::read_rotations`]: a table of numbers with one form of the rotation of recorded poses (a
 //! quaternion `qw, qx, qy, qz`, a rotation vector `rx, ry, rz`, or an axis `ux, uy, uz` with an `angle`), with a clock,
-//! or without one at rest; or an export of OptiTrack Motive with rigid bodies. Clock, start and window are those of other
-//! sensors. Output: the quaternions of length one of the rotation from the axes of the sensor to those of the world
-//! ([`RotationReading`]), with times in s, and the numbers of rows that were left out. Positions are ignored.
+//! or without one at rest; or an export of OptiTrack Motive with rigid bodies. Clock, start and window are those of
+//! other sensors. Output: the quaternions of length one of the rotation from the axes of the sensor to those of the
+//! world ([`RotationReading`]), with times in s, and the numbers of rows that were left out. Positions are ignored.
 //!
 //! Errors, with file and line: those of clocks of sensors, a rotation in no form or in several, a row that is blank in
 //! part, a quaternion or axis whose length is not 1 within 1 %, a rigid body that the file does not have, a body of a
@@ -23,14 +23,15 @@ use std::path::Path;
 pub struct RotationReading {
     /// Time from the start of the motion, s; none of a rod at rest under the loads of the scene.
     pub time: Option<f64>,
-    /// Quaternion `[w, x, y, z]` of the rotation from the axes of the sensor to those of the world. Its length is 1 within
-    /// 1 %. The negative of it is the same rotation.
+    /// Quaternion `[w, x, y, z]` of the rotation from the axes of the sensor to those of the world. Its length is 1
+    /// within 1 %. The negative of it is the same rotation.
     pub quaternion: [f64; 4],
 }
 
 impl RotationReading {
-    /// Reads the rotations in the file at `path`: a table, or an export of Motive, of whose rigid bodies `body` is the name
-    /// (default: the only one). Of the `recording` the columns, the frame rate and the start of the motion are used.
+    /// Reads the rotations in the file at `path`: a table, or an export of Motive, of whose rigid bodies `body` is the
+    /// name (default: the only one). Of the `recording` the columns, the frame rate and the start of the motion are
+    /// used.
     ///
     /// # Errors
     /// A file that cannot be read, and those of the module's header, with file and line.
@@ -69,8 +70,8 @@ pub(crate) struct RecordedRotations {
 }
 
 impl RecordedRotations {
-    /// Adds a row with its use by its time, s, and its quaternion, none of a blank row. A message for a quaternion whose
-    /// length is not 1.
+    /// Adds a row with its use by its time, s, and its quaternion, none of a blank row. A message for a quaternion
+    /// whose length is not 1.
     fn push(
         &mut self,
         row_use: RowUse,
@@ -93,8 +94,8 @@ impl RecordedRotations {
 }
 
 impl SensorTable<'_> {
-    /// Reads the rotations in the file at `path`. In an export of Motive `body` is the name of the rigid body; without it
-    /// the export must have exactly one. Errors are those of the header.
+    /// Reads the rotations in the file at `path`. In an export of Motive `body` is the name of the rigid body; without
+    /// it the export must have exactly one. Errors are those of the header.
     pub fn read_rotations(
         &self,
         path: &Path,

@@ -51,8 +51,8 @@ impl SensorQuantity {
         matches!(self, Self::Force | Self::Moment)
     }
 
-    /// Number of components: one of an angle or strain, two of a curvature, else three. Those of a pose are the rotations
-    /// about three axes.
+    /// Number of components: one of an angle or strain, two of a curvature, else three. Those of a pose are the
+    /// rotations about three axes.
     pub fn components(self) -> usize {
         match self {
             Self::Angle | Self::Strain => 1,
@@ -62,8 +62,8 @@ impl SensorQuantity {
     }
 
     /// Alternative names of the columns of the three components, without a prefix of the end, and the allowed units
-    /// with their factors to the SI unit. A name is empty for a component that the quantity does not have. A pose has no
-    /// such columns: `read_rotations` reads its tables.
+    /// with their factors to the SI unit. A name is empty for a component that the quantity does not have. A pose has
+    /// no such columns: `read_rotations` reads its tables.
     fn columns(self) -> (Vec<[String; 3]>, &'static [(&'static str, f64)]) {
         let by_axis = |letter: &str, ending: &str| {
             ["x", "y", "z"].map(|axis| format!("{letter}{axis}{ending}"))
