@@ -122,7 +122,7 @@ mod tests {
         };
         near(mean_rotation(&[pair([0.1, 0.2, -0.3]), pair([0.5, -0.9, 0.2])].concat()));
         near(mean_rotation(&[&[center; 3][..], &pair([1.8, -2.1, 1.2])].concat()));
-        assert_eq!(mean_rotation::<f64>(&[]), identity());
+        assert_eq!(mean_rotation::<f64>(&[]), identity::<f64>());
     }
 
     #[test]

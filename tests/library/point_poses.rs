@@ -88,7 +88,7 @@ fn readings(
     times.iter().zip(axes).enumerate().map(reading).collect()
 }
 
-/// The rotations of both scenes, by markers.
+/// Readings at all steps of a sensor whose axes are those of the rod.
 fn exact(problem: &Problem) -> Vec<RotationReading> {
     let times = steps(problem);
     readings(&times, &axes(problem, PLACE, &times), &Rotation3::identity())
