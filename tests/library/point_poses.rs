@@ -333,7 +333,8 @@ fn derivatives_of_poses_equal_differences() {
 /// Of 200 noisy data sets the number whose 95 % interval contains the modulus.
 fn covered(scene: Scene, mounting: Mounting) -> usize {
     let mut scene = scene;
-    scene.rod.segments = Some(6);
+    scene.rod.segments = Some(5);
+    scene.time.as_mut().unwrap().step = Some(5e-3);
     let problem = scene.problem().unwrap();
     let times = steps(&problem);
     let axes = axes(&problem, Point::Tip, &times);
@@ -363,11 +364,7 @@ fn covered(scene: Scene, mounting: Mounting) -> usize {
 /// The expectation is 190 of 200, the standard deviation 3.1; 92 to 97 % are 184 to 194.
 #[test]
 fn intervals_from_noisy_poses_cover_the_modulus() {
-    for (scene, mounting) in [
-        (short(), Mounting::default()),
-        (twisted(), Mounting::default()),
-        (twisted(), Mounting::Free),
-    ] {
+    for (scene, mounting) in [(short(), Mounting::default()), (twisted(), Mounting::Free)] {
         let covered = covered(scene, mounting);
         assert!((184..=194).contains(&covered), "{mounting:?}: {covered}");
     }

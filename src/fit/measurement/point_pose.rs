@@ -1,7 +1,7 @@
 //! Measured orientation of a point of the rod in space: rotation about tangent, first or second director.
 //!
 //! Input: the measured axes `Q_k` (columns: tangent, first and second director, in the world) at the times of the
-//! readings or at rest, made by [`PoseSensor`]; and the recorded directors of the edges around the point. The simulated
+//! readings or at rest, made by `pose_sensor`; and the recorded directors of the edges around the point. The simulated
 //! axes `F` there are sums of those of the edges, with the cubic weights of a marker, made orthonormal (the tangent
 //! keeps its direction). Tangent and first director pass the filter of the sensor, are linear between steps, and are
 //! made orthonormal again. Output: [`PoseReadings`], whose differences in a fit are a component of the
@@ -28,7 +28,6 @@ use crate::fit::measurement::dataset::{DataKind, Dataset, Header, ValidationCont
 use crate::fit::measurement::gauge::check_readings;
 use crate::fit::measurement::loss::Loss;
 use crate::fit::measurement::low_pass::low_pass_filter;
-use crate::fit::measurement::pose_sensor::{Mounting, PoseSensor};
 use crate::fit::measurement::quantity::GaugeScalar;
 use crate::fit::measurement::reading::{Reading, spread_or_size};
 use crate::fit::measurement::simulated::{Requirements, SimulatedOutput};
@@ -69,18 +68,18 @@ pub struct PoseReadings {
     /// The measured axes of the readings.
     measured: Vec<MeasuredAxes>,
     /// Whether the mounting rotation of the sensor is unknown.
-    has_free_mounting: bool,
+    pub(super) has_free_mounting: bool,
     /// Cutoff frequency of the first-order low-pass filter of the sensor, Hz; none without a filter.
-    low_pass: Option<f64>,
+    pub(super) low_pass: Option<f64>,
     /// Size of the rotation vectors of all components, rad.
     size: f64,
 }
 
 impl PoseReadings {
-    /// The three components of measured axes at the `times` of the readings of a `sensor`. `rest` has the axes of the
-    /// rest shape.
+    /// The three components of `measured` axes of a `point` at the `times` of the readings, with a known mounting and
+    /// without a filter. `rest` has the axes of the rest shape.
     pub(super) fn components(
-        sensor: &PoseSensor,
+        point: Point,
         times: &[Option<f64>],
         measured: &[Matrix3<f64>],
         rest: &Matrix3<f64>,
@@ -107,12 +106,12 @@ impl PoseReadings {
                 value: reading.value,
             };
             let data = Self {
-                point: sensor.point,
+                point,
                 component,
                 measured: readings.iter().zip(measured).map(own).collect(),
                 readings,
-                has_free_mounting: sensor.mounting == Mounting::Free,
-                low_pass: sensor.low_pass,
+                has_free_mounting: false,
+                low_pass: None,
                 size,
             };
             Dataset { header: Header { unit: "rad".into(), ..Header::default() }, data }

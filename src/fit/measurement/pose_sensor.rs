@@ -130,7 +130,11 @@ impl PoseSensor {
         if problem.planar().is_some() {
             return Ok(vec![self.angle(&measured, &rest, problem.normal())?.into()]);
         }
-        let readings = PoseReadings::components(self, &times, &measured, &rest);
+        let mut readings = PoseReadings::components(self.point, &times, &measured, &rest);
+        for own in &mut readings {
+            own.data.has_free_mounting = self.mounting == Mounting::Free;
+            own.data.low_pass = self.low_pass;
+        }
         Ok(readings.into_iter().map(Measurement::from).collect())
     }
 
