@@ -4,7 +4,7 @@
 use rodfit::accuracy::Calculation;
 use rodfit::campaign::{Admission, Collected, Outcome, Plan, Shard, Status, Store};
 use rodfit::fit::{ColumnKey, ColumnRule, ColumnRules};
-use rodfit::fit::{FitFile, Format, Inspection, Recording, RestShape};
+use rodfit::fit::{FitFile, Format, Inspection, Recording, RestShape, RotationReading};
 use rodfit::problem::ParameterList;
 use rodfit::scene::{End, Shape, Track};
 use rodfit::{Error, Observation, Scene, Trajectory};
@@ -47,7 +47,7 @@ pub enum Target {
     Scene,
     Fit,
     Markers(Format),
-    /// Poses of grippers: a table, or rigid bodies of Motive.
+    /// Poses of grippers and of sensors: a table, or rigid bodies of Motive.
     Poses,
     /// The log of an accelerometer, or positions of one point.
     Accelerations,
@@ -335,10 +335,24 @@ fn poses(path: &Path, bytes: &[u8]) -> bool {
     let names = bodies.map(|read| read.bodies.into_iter().map(|body| body.name).collect());
     let names: Vec<String> = names.unwrap_or_default();
     let names = names.iter().map(|name| Some(&name[..])).chain([None]);
-    let tracks = names.map(|name| Track::read_poses(path, Some(0.0), None, End::Start, name));
-    let tracks: Vec<Track> = tracks.filter_map(Result::ok).collect();
-    assert!(tracks.iter().all(is_finite));
-    !tracks.is_empty()
+    let recording = |time_zero| Recording { fps: Some(100.0), time_zero, ..Recording::default() };
+    let mut accepted = false;
+    for name in names {
+        if let Ok(track) = Track::read_poses(path, Some(0.0), None, End::Start, name) {
+            assert!(is_finite(&track));
+            accepted = true;
+        }
+        for start in [None, Some(1.0)] {
+            let Ok(readings) = RotationReading::read_all(path, &recording(start), name) else {
+                continue;
+            };
+            let length = |q: [f64; 4]| q.iter().map(|x| x * x).sum::<f64>();
+            assert!(readings.iter().all(|own| (length(own.quaternion) - 1.0).abs() < 1e-9));
+            assert!(readings.iter().all(|own| own.time.is_none_or(f64::is_finite)));
+            accepted = true;
+        }
+    }
+    accepted
 }
 
 fn accelerations(path: &Path) -> bool {

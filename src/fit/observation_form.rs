@@ -171,15 +171,17 @@ struct ObservationKeys {
     /// Duration of a planned observation, s, instead of a file.
     duration: Option<f64>,
     /// Quantity of a sensor instead of a position: force or moment of a support on the rod, or acceleration, angle,
-    /// curvature or strain of a point.
+    /// curvature, strain or pose (orientation) of a point.
     quantity: Option<SensorQuantity>,
     /// End of the rod with the support of the sensor.
     of: Option<End>,
+    /// Rigid body of an export of OptiTrack Motive whose rotation a pose has; default: the only one.
+    body: Option<String>,
     /// Rotation vector of the frame of the sensor, rad, beyond `axes`.
     #[serde(default, deserialize_with = "crate::input::arrays::some_numbers")]
     rotation: Option<[f64; 3]>,
     /// Offset of the readings: `"free"`, or three numbers in the axes of the file, two of a curvature, one of an angle
-    /// or strain, in the unit of the quantity; default 0.
+    /// or strain, in the unit of the quantity; default 0. With `"free"` the mounting rotation of a pose is unknown.
     tare: Option<TareForm>,
     /// Filter of the sensor, which is applied to the model too.
     filter: Option<SensorFilter>,
@@ -243,6 +245,7 @@ impl ObservationForm {
             let rotation = form.rotation.unwrap_or_default();
             let (of, tare, filter, window) = (form.of, form.tare, form.filter, form.window);
             let sensor = form.sensor;
+            let body = form.body;
             let form = SensorForm {
                 quantity,
                 of,
@@ -250,6 +253,7 @@ impl ObservationForm {
                 file,
                 rotation,
                 offset,
+                body,
                 tare,
                 filter,
                 sensor,
@@ -263,6 +267,7 @@ impl ObservationForm {
         }
         let sensors = [
             GivenKey("of", form.of.is_some()),
+            GivenKey("body", form.body.is_some()),
             GivenKey("rotation", form.rotation.is_some()),
             GivenKey("tare", form.tare.is_some()),
             GivenKey("filter", form.filter.is_some()),

@@ -5,7 +5,8 @@
 //! accelerations. An angle has one component, and `rotation` turns its axes. The components of a curvature, and the
 //! `offset` of a strain, m, are along both directors of the rod, and `rotation` turns them about the tangent. Output:
 //! one [`Measurement`] per component that the file has and `axes` does not leave out, N, N m, m/s^2, rad, 1/m or part
-//! of the length, each with its tare, filter, standard deviation, loss and `held_out`.
+//! of the length, each with its tare, filter, standard deviation, loss and `held_out`. Those of a pose are made in
+//! `pose_form`.
 //!
 //! Errors have the key: an end without a support, a filter or tare that is not valid, keys of another quantity, and no
 //! component that remains. A file that cannot be read is an error with its path. [`refuse_given`] rejects keys that a
@@ -17,6 +18,7 @@ use crate::fit::measurement::loss::Loss;
 use crate::fit::measurement::point_channel::{PointChannel, PointQuantity};
 use crate::fit::measurement::sensor::{Sensor, Tare};
 use crate::fit::measurement::sensor_channel::{Channel, ReactionPart, SensorChannel};
+use crate::fit::measurement::sensor_reference::SensorReference;
 use crate::fit::measurement::sensor_table::{SensorQuantity, SensorTable};
 use crate::problem::Problem;
 use crate::scene::validate::positive;
@@ -76,6 +78,8 @@ pub(crate) struct SensorForm {
     pub rotation: [f64; 3],
     /// Position of the sensor of a strain relative to the axis, m, along tangent, first and second director.
     pub offset: [f64; 3],
+    /// Name of the rigid body of an export of Motive whose rotation is measured.
+    pub body: Option<String>,
     /// Offset of the sensor.
     pub tare: Option<TareForm>,
     /// Filter of the sensor.
@@ -135,6 +139,9 @@ impl SensorForm {
             time_zero: recording.time_zero,
             window: self.window,
         };
+        if self.quantity == SensorQuantity::Pose {
+            return self.read_pose(&table, &path, problem, key);
+        }
         let read = table.read(&path)?;
         let mut measurements = Vec::new();
         for (axis, readings) in read.components.into_iter().enumerate() {
@@ -152,7 +159,7 @@ impl SensorForm {
             };
             let mut sensor = Sensor::new(channel, readings).tare(tare);
             sensor.data.low_pass = self.filter.map(|filter| filter.low_pass);
-            sensor.data.model = self.sensor.clone();
+            sensor.data.model = SensorReference(self.sensor.clone());
             let sensor = sensor.with_source(&path, recording, read.dropped);
             measurements.push(sensor.with_properties(self.sigma, self.loss, self.held_out).into());
         }
@@ -195,12 +202,15 @@ impl SensorForm {
             2 => "\"free\", or two numbers",
             _ => "\"free\", or three numbers",
         };
-        let is_own = given == components;
+        let is_own = given == components || self.quantity == SensorQuantity::Pose;
         ensure(is_own, format!("{key}.tare"), "a tare of another quantity", allowed)?;
         let has_offset = self.offset != [0.0; 3] && self.quantity != SensorQuantity::Strain;
         let (found, allowed) =
             ("an offset with this quantity", "this key with positions and strain only");
         ensure(!has_offset, format!("{key}.offset"), found, allowed)?;
+        let has_body = self.body.is_some() && self.quantity != SensorQuantity::Pose;
+        let found = "a rigid body with this quantity";
+        ensure(!has_body, format!("{key}.body"), found, "this key with quantity = \"pose\" only")?;
         if !self.quantity.is_of_support() {
             let (found, allowed) = ("a key of forces and moments", "point with this quantity");
             ensure(self.of.is_none(), format!("{key}.of"), found, allowed)?;
@@ -240,7 +250,10 @@ impl SensorForm {
                 let quantity = PointQuantity::Acceleration { axis, direction };
                 PointChannel { point, quantity }.rotated(self.rotation).into()
             }
-            SensorQuantity::Angle => PointChannel::angle(point).rotated(self.rotation).into(),
+            // `read_pose` makes the measurements of a pose, in a plane those of an angle.
+            SensorQuantity::Angle | SensorQuantity::Pose => {
+                PointChannel::angle(point).rotated(self.rotation).into()
+            }
             SensorQuantity::Curvature => {
                 PointChannel::curvature(point, axis).rotated(self.rotation).into()
             }

@@ -207,7 +207,7 @@ fn check_measurements(
         let allowed = "a structure in a plane: frequencies of one in space have no derivatives";
         ensure(!has_modes_in_space, &key, "frequencies of a structure in space", allowed)?;
         let own = unknowns.iter().filter(|u| u.is_of(experiment)).map(|u| u.parameter);
-        let other_clock = match measurement.sensor() {
+        let other_clock = match measurement.data.sensor_reference() {
             Some(sensor) => sensor.is_delayed(scene, own),
             None => other_clock && measurement.motion().is_some(),
         };

@@ -3,13 +3,13 @@
 //! Numbers: the trait [`Scalar`](scalar::Scalar) (`scalar`), SIMD vectors of `f64` (`simd`, `trigonometry`), numbers
 //! with operations as function calls (`out_of_line`), arrays of numbers (`directions`), error bounds of derivatives
 //! (`term_bound`) and their common `operators`. Also the function `phi_1` (`phi_function`), vectors of three
-//! components, and `rotation`s. Symmetric matrices: the traits of `tangent`, `banded` and `envelope` storage with
-//! `L D L^T` factors, `prescribed_dofs`, and the `lanczos` method. Matrices that are not symmetric: `envelope_lu` with
-//! `L U` factors. Signals: `hermite` interpolation in time, power spectra (`spectrum`), and noise estimates
-//! (`noise_scale`). Nonlinear least squares: `levenberg_marquardt`, with the step of `linearized`. This file itself has
-//! `total_order`, an integer with the order of floating-point numbers, and two medians. Of an even number of values,
-//! `upper_median` is the larger of the two middle ones (`None` without values), and `median` their mean (0 without
-//! values).
+//! components, `rotation`s, and their mean (`mean_rotation`). Symmetric matrices: the traits of `tangent`, `banded` and
+//! `envelope` storage with `L D L^T` factors, `prescribed_dofs`, and the `lanczos` method. Matrices that are not
+//! symmetric: `envelope_lu` with `L U` factors. Signals: `hermite` interpolation in time, power spectra (`spectrum`),
+//! and noise estimates (`noise_scale`). Nonlinear least squares: `levenberg_marquardt`, with the step of `linearized`.
+//! This file itself has `total_order`, an integer with the order of floating-point numbers, and two medians. Of an even
+//! number of values, `upper_median` is the larger of the two middle ones (`None` without values), and `median` their
+//! mean (0 without values).
 
 pub mod banded;
 pub mod directions;
@@ -19,6 +19,7 @@ pub(crate) mod hermite;
 pub mod lanczos;
 pub mod levenberg_marquardt;
 mod linearized;
+pub(crate) mod mean_rotation;
 pub(crate) mod noise_scale;
 mod operators;
 pub mod out_of_line;

@@ -10,9 +10,9 @@
 //! where `r x` is the matrix of the cross product with `r`. So `T dr` is the small rotation that follows, in the turned
 //! axes. Rotation matrices have the turned axes in their columns. `exponential` is `exp(r)` and `tangent_map` is `T`.
 //! `logarithm` returns the rotation vector of a rotation by less than half a turn, and is not finite at half a turn.
-//! `rotation_vector` returns that of any rotation, of length up to half a turn, in plain numbers only.
-//! `tangent_map_slope` is the symmetric part of the derivative of `T' u` by `r`. All functions but `rotation_vector`
-//! take numbers with derivatives. Bodies and joints of assemblies use them.
+//! `rotation_vector` returns that of any rotation, of length up to half a turn. `tangent_map_slope` is the symmetric
+//! part of the derivative of `T' u` by `r`. All functions take numbers with derivatives. Bodies and joints of
+//! assemblies, and measured rotations, use them.
 //!
 //! `orthonormal` returns a rotation matrix near a given one (Gram-Schmidt). The inverse of a singular matrix is not
 //! finite.
@@ -173,6 +173,39 @@ pub fn logarithm<D: Scalar>(m: &Matrix3<D>) -> Vector<D> {
     // The axis times the sine of half the angle.
     let by = (half_cosine * 4.0).recip();
     let axis = [m[2][1] - m[1][2], m[0][2] - m[2][0], m[1][0] - m[0][1]].map(|x| x * by);
+    twice_half_angle(axis, half_cosine)
+}
+
+/// The rotation vector of any rotation matrix, rad, of length up to half a turn. It and its derivatives are finite for
+/// every rotation. Its sign changes at half a turn, where both signs are the same rotation.
+pub fn rotation_vector<D: Scalar>(m: &Matrix3<D>) -> Vector<D> {
+    let diagonal = [m[0][0], m[1][1], m[2][2]];
+    let trace = diagonal[0] + diagonal[1] + diagonal[2];
+    // Of the quaternion a component that is not small follows from the diagonal, the others by division by it.
+    let (half_cosine, axis) = if trace.value() > 0.0 {
+        let half_cosine = (trace + 1.0).sqrt() * 0.5;
+        let by = (half_cosine * 4.0).recip();
+        let axis = [m[2][1] - m[1][2], m[0][2] - m[2][0], m[1][0] - m[0][1]];
+        (half_cosine, axis.map(|x| x * by))
+    } else {
+        let larger = |i: usize, j: usize| if diagonal[j] > diagonal[i].value() { j } else { i };
+        let i = larger(larger(0, 1), 2);
+        let (j, k) = ((i + 1) % 3, (i + 2) % 3);
+        let own = (diagonal[i] - diagonal[j] - diagonal[k] + 1.0).sqrt() * 0.5;
+        let by = (own * 4.0).recip();
+        let mut axis = [own; 3];
+        axis[j] = (m[i][j] + m[j][i]) * by;
+        axis[k] = (m[i][k] + m[k][i]) * by;
+        ((m[k][j] - m[j][k]) * by, axis)
+    };
+    // A quaternion and its negative are the same rotation.
+    let sign = if half_cosine.value() < 0.0 { -1.0 } else { 1.0 };
+    twice_half_angle(axis.map(|x| x * sign), half_cosine * sign)
+}
+
+/// The rotation vector, rad, of the unit quaternion with the vector part `axis` (the axis times the sine of half the
+/// angle) and the scalar part `half_cosine`, which is not negative.
+fn twice_half_angle<D: Scalar>(axis: Vector<D>, half_cosine: D) -> Vector<D> {
     let square = dot(axis, axis);
     let quotient = match square.value() < SMALL_HALF_SINE {
         true => ARC_SINE.iter().rev().fold(D::from(0.0), |sum, c| sum * square + *c),
@@ -180,14 +213,6 @@ pub fn logarithm<D: Scalar>(m: &Matrix3<D>) -> Vector<D> {
         false => square.sqrt().atan2(half_cosine) / square.sqrt(),
     };
     scale(axis, quotient * 2.0)
-}
-
-/// The rotation vector of any rotation matrix, rad, of length up to half a turn, in plain numbers.
-pub fn rotation_vector(m: &Matrix3<f64>) -> Vector<f64> {
-    let matrix = nalgebra::Matrix3::from_fn(|i, j| m[i][j]);
-    let rotation = nalgebra::Rotation3::from_matrix_unchecked(matrix);
-    // The axis of a matrix is undetermined at half a turn, and its arc cosine loses digits near the identity.
-    nalgebra::UnitQuaternion::from_rotation_matrix(&rotation).scaled_axis().into()
 }
 
 #[cfg(test)]
@@ -224,6 +249,32 @@ mod tests {
             let off = (0..3).map(|c| (sign * found[c] - axis[c] * angle).abs()).fold(0.0, f64::max);
             assert!(off < 1e-14 * angle.max(1.0), "{angle}: {off:e}");
         }
+    }
+
+    /// Oracle: central differences by small rotations about each axis, from zero to half a turn.
+    #[test]
+    fn derivatives_of_rotation_vector_are_those_of_differences() {
+        const STEP: f64 = 1e-5;
+        for (axis, angle) in [0.0, 1e-9, 1e-3, 0.3, 2.0, 2.5, 3.1, PI - 1e-3]
+            .into_iter()
+            .flat_map(|angle| [[0.6, 0.0, -0.8], [0.0, 1.0, 0.0]].map(|axis| (axis, angle)))
+        {
+            let m = exponential(scale(axis, angle));
+            for k in 0..3 {
+                let small = |h: f64| [0, 1, 2].map(|c| if c == k { h } else { 0.0 });
+                let at = |h: f64| rotation_vector(&product(&m, &exponential(small(h))));
+                let differences = scale(sub(at(STEP), at(-STEP)), 0.5 / STEP);
+                let step = small(1.0).map(|h| Dual64::new(0.0, h));
+                let dual = m.map(|row| row.map(Dual64::from));
+                let found = rotation_vector(&product(&dual, &exponential(step))).map(|x| x.eps);
+                let off = (0..3).map(|c| (found[c] - differences[c]).abs()).fold(0.0, f64::max);
+                assert!(off < 1e-8, "{axis:?} {angle}: {found:?} {differences:?}");
+            }
+        }
+        let half_turn = exponential([0.0, 0.0, PI]).map(|row| row.map(Dual64::from));
+        let step = [0.1, 0.2, 0.3].map(|h| Dual64::new(0.0, h));
+        let found = rotation_vector(&product(&half_turn, &exponential(step)));
+        assert!(found.iter().all(|x| x.re.is_finite() && x.eps.is_finite()), "{found:?}");
     }
 
     /// Oracle: dual numbers of the exponential map.

@@ -43,8 +43,7 @@ impl GripperFrame {
                 "found the coordinate {x} m, allowed: -{FARTHEST} .. {FARTHEST} m"
             ));
         }
-        let length = check_length("quaternion", &self.quaternion)?;
-        Ok(Self { quaternion: self.quaternion.map(|c| c / length), ..self })
+        Ok(Self { quaternion: unit_quaternion(self.quaternion)?, ..self })
     }
 
     /// A message if the rotation from the frame `before` exceeds a right angle. Both quaternions have length one.
@@ -63,13 +62,23 @@ impl GripperFrame {
 
     /// Positions, m, of the origin and of the points at the distance [`ARM`] on the first two axes.
     fn points(&self) -> [Vector<f64>; 3] {
-        let [w, x, y, z] = self.quaternion;
-        // A unit quaternion rotates e to `e + 2 v x (w e + v x e)` with v = (x, y, z).
-        let (v, e) = ([x, y, z], identity::<f64>());
-        let rotated = |e| add(e, scale(cross(v, add(scale(e, w), cross(v, e))), 2.0));
-        let point = |j: usize| add(self.position, scale(rotated(e[j]), ARM));
-        [self.position, point(0), point(1)]
+        let [first, second, _] = rotated_axes(self.quaternion);
+        let point = |axis| add(self.position, scale(axis, ARM));
+        [self.position, point(first), point(second)]
     }
+}
+
+/// The three axes turned by the unit quaternion `[w, x, y, z]`, one after the other.
+pub(crate) fn rotated_axes([w, x, y, z]: [f64; 4]) -> [Vector<f64>; 3] {
+    // A unit quaternion rotates e to `e + 2 v x (w e + v x e)` with v = (x, y, z).
+    let v = [x, y, z];
+    identity::<f64>().map(|e| add(e, scale(cross(v, add(scale(e, w), cross(v, e))), 2.0)))
+}
+
+/// The quaternion scaled to length one. A message if its length is not 1 within [`LENGTH_TOLERANCE`].
+pub(crate) fn unit_quaternion(quaternion: [f64; 4]) -> Result<[f64; 4], String> {
+    let length = check_length("quaternion", &quaternion)?;
+    Ok(quaternion.map(|c| c / length))
 }
 
 /// Length of a vector of four or three numbers. A message, with the `name` of the vector, if it differs from 1 by more

@@ -86,7 +86,7 @@ impl<D: Scalar> GripperPose<D> {
     }
 
     /// Matrix whose columns are tangent, first and second director in the axes of the gripper: `exp(rotation) A`.
-    fn directions(&self) -> Matrix3<D> {
+    pub(crate) fn directions(&self) -> Matrix3<D> {
         let columns = components_of(|row, column| {
             let own = std::array::from_fn(|c| Some(if c == row { 1.0 } else { 0.0 }));
             let along = self.axes.map_or(own, |axes| axes.to_world(own));
@@ -98,7 +98,7 @@ impl<D: Scalar> GripperPose<D> {
 
 impl GripperPose {
     /// Rejects `axes` that leave out one of the three; `key` is the path of the table.
-    pub(super) fn check(&self, key: &str) -> Result<(), Error> {
+    pub(crate) fn check(&self, key: &str) -> Result<(), Error> {
         match self.axes {
             Some(axes) if axes.to_world([Some(1.0); 3]).contains(&None) => {
                 let allowed = "three axes of the gripper";

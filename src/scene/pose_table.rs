@@ -23,9 +23,12 @@ use marker_files::{ANGLES, ColumnRules, Format, RecordedBodyPose};
 use std::path::Path;
 
 /// Columns of the rotation in a table, with the factors of their units.
-enum RotationColumns {
+pub(crate) enum RotationColumns {
+    /// A quaternion `qw, qx, qy, qz`.
     Quaternion([usize; 4]),
+    /// A rotation vector `rx, ry, rz`; `factors` convert it to rad.
     Vector { columns: [usize; 3], factors: [f64; 3] },
+    /// An axis `ux, uy, uz` and an `angle`; `factor` converts the angle to rad.
     AxisAngle { axis: [usize; 3], angle: usize, factor: f64 },
 }
 
@@ -133,36 +136,11 @@ impl PoseColumns {
             Some(clock) => clock,
             None => table.require("t")?,
         };
-        let missing = |allowed: &str| {
-            let found = table.columns_found();
-            table.error(1, &format!("found the columns {found}, allowed: {allowed}"))
-        };
         let [Some(x), Some(y), Some(z)] = ["x", "y", "z"].map(column) else {
-            return Err(missing("t and x, y, z of the position, or the key columns").into());
+            let allowed = "t and x, y, z of the position, or the key columns";
+            return Err(missing(table, allowed));
         };
-        let quaternion = ["qw", "qx", "qy", "qz"].map(column);
-        let vector = ["rx", "ry", "rz"].map(column);
-        let axis = ["ux", "uy", "uz", "angle"].map(column);
-        let forms = [&quaternion[..], &vector, &axis];
-        let begun = forms.map(|form| form.iter().any(Option::is_some));
-        let whole = forms.map(|form| form.iter().all(Option::is_some));
-        if begun.iter().filter(|is_begun| **is_begun).count() != 1 || begun != whole {
-            let allowed =
-                "one form of the rotation: qw, qx, qy, qz, or rx, ry, rz, or ux, uy, uz, angle";
-            return Err(missing(allowed).into());
-        }
-        let angle = |column: usize| table.factor(column, &ANGLES, "");
-        let rotation = match (quaternion, vector, axis) {
-            ([Some(w), Some(x), Some(y), Some(z)], ..) => RotationColumns::Quaternion([w, x, y, z]),
-            (_, [Some(x), Some(y), Some(z)], _) => RotationColumns::Vector {
-                columns: [x, y, z],
-                factors: [angle(x)?, angle(y)?, angle(z)?],
-            },
-            (.., [Some(x), Some(y), Some(z), Some(turn)]) => {
-                RotationColumns::AxisAngle { axis: [x, y, z], angle: turn, factor: angle(turn)? }
-            }
-            _ => return Err(missing("a rotation").into()),
-        };
+        let rotation = RotationColumns::find(table, column)?;
         let length = |column: usize| table.factor(column, &LENGTHS, "");
         Ok(Self {
             clock,
@@ -176,46 +154,92 @@ impl PoseColumns {
     /// The pose in a row; none if all of its fields are blank. A message for a row that is blank in part, and for an
     /// axis whose length is not 1.
     fn pose(&self, table: &Table, row: &TableRow) -> Result<Option<GripperFrame>, String> {
-        let rotation = match &self.rotation {
-            RotationColumns::Quaternion(columns) => columns.to_vec(),
-            RotationColumns::Vector { columns, .. } => columns.to_vec(),
-            RotationColumns::AxisAngle { axis, angle, .. } => [&axis[..], &[*angle]].concat(),
-        };
-        let own = [&self.position[..], &rotation].concat();
+        let own = [&self.position[..], &self.rotation.columns()].concat();
         if own.iter().all(|column| row.values[*column].is_none()) {
             return Ok(None);
         }
-        let value = |column: usize| {
-            row.values[column].ok_or_else(|| {
-                let name = &table.columns[column].0;
-                format!("found a pose without `{name}`, allowed: all of its numbers, or none")
-            })
-        };
         let mut position = [0.0; 3];
         for (c, x) in position.iter_mut().enumerate() {
-            *x = value(self.position[c])? * self.position_units[c];
+            *x = value(table, row, self.position[c])? * self.position_units[c];
         }
-        let quaternion = match &self.rotation {
-            RotationColumns::Quaternion([w, x, y, z]) => {
-                [value(*w)?, value(*x)?, value(*y)?, value(*z)?]
+        let quaternion = self.rotation.quaternion(table, row)?;
+        Ok(Some(GripperFrame { position, quaternion }))
+    }
+}
+
+impl RotationColumns {
+    /// The columns of the rotation in a table; `column` returns that of a name. An error for rotations in no form or in
+    /// several, and for unknown units of an angle.
+    pub fn find(table: &Table, column: impl Fn(&str) -> Option<usize>) -> Result<Self, Error> {
+        let quaternion = ["qw", "qx", "qy", "qz"].map(&column);
+        let vector = ["rx", "ry", "rz"].map(&column);
+        let axis = ["ux", "uy", "uz", "angle"].map(&column);
+        let forms = [&quaternion[..], &vector, &axis];
+        let begun = forms.map(|form| form.iter().any(Option::is_some));
+        let whole = forms.map(|form| form.iter().all(Option::is_some));
+        let one = "one form of the rotation: qw, qx, qy, qz, or rx, ry, rz, or ux, uy, uz, angle";
+        if begun.iter().filter(|is_begun| **is_begun).count() != 1 || begun != whole {
+            return Err(missing(table, one));
+        }
+        let angle = |column: usize| table.factor(column, &ANGLES, "");
+        match (quaternion, vector, axis) {
+            ([Some(w), Some(x), Some(y), Some(z)], ..) => Ok(Self::Quaternion([w, x, y, z])),
+            (_, [Some(x), Some(y), Some(z)], _) => {
+                let factors = [angle(x)?, angle(y)?, angle(z)?];
+                Ok(Self::Vector { columns: [x, y, z], factors })
             }
-            RotationColumns::Vector { columns, factors } => {
+            (.., [Some(x), Some(y), Some(z), Some(turn)]) => {
+                Ok(Self::AxisAngle { axis: [x, y, z], angle: turn, factor: angle(turn)? })
+            }
+            _ => Err(missing(table, one)),
+        }
+    }
+
+    /// Indices of all columns of the rotation.
+    pub fn columns(&self) -> Vec<usize> {
+        match self {
+            Self::Quaternion(columns) => columns.to_vec(),
+            Self::Vector { columns, .. } => columns.to_vec(),
+            Self::AxisAngle { axis, angle, .. } => [&axis[..], &[*angle]].concat(),
+        }
+    }
+
+    /// The quaternion `[w, x, y, z]` of the rotation in a row; that of a table of quaternions as it is there, of any
+    /// length. A message for a blank field, and for an axis whose length is not 1.
+    pub fn quaternion(&self, table: &Table, row: &TableRow) -> Result<[f64; 4], String> {
+        let value = |column: usize| value(table, row, column);
+        match self {
+            Self::Quaternion([w, x, y, z]) => Ok([value(*w)?, value(*x)?, value(*y)?, value(*z)?]),
+            Self::Vector { columns, factors } => {
                 let mut vector = [0.0; 3];
                 for (c, r) in vector.iter_mut().enumerate() {
                     *r = value(columns[c])? * factors[c];
                 }
                 let angle = dot(vector, vector).sqrt();
                 let axis = if angle == 0.0 { vector } else { scale(vector, angle.recip()) };
-                quaternion_about(axis, angle)
+                Ok(quaternion_about(axis, angle))
             }
-            RotationColumns::AxisAngle { axis: [x, y, z], angle, factor } => {
+            Self::AxisAngle { axis: [x, y, z], angle, factor } => {
                 let axis = [value(*x)?, value(*y)?, value(*z)?];
                 let length = check_length("rotation axis", &axis)?;
-                quaternion_about(scale(axis, length.recip()), value(*angle)? * factor)
+                Ok(quaternion_about(scale(axis, length.recip()), value(*angle)? * factor))
             }
-        };
-        Ok(Some(GripperFrame { position, quaternion }))
+        }
     }
+}
+
+/// The error for a table without the columns of a pose: those found, and those `allowed`.
+fn missing(table: &Table, allowed: &str) -> Error {
+    let found = table.columns_found();
+    table.error(1, &format!("found the columns {found}, allowed: {allowed}")).into()
+}
+
+/// The number of a row in a column. A message for a blank field.
+fn value(table: &Table, row: &TableRow, column: usize) -> Result<f64, String> {
+    row.values[column].ok_or_else(|| {
+        let name = &table.columns[column].0;
+        format!("found a pose without `{name}`, allowed: all of its numbers, or none")
+    })
 }
 
 /// Quaternion `[w, x, y, z]` of the rotation by an angle, rad, about a unit axis.

@@ -11,6 +11,7 @@ mod hostile_bytes;
 mod measurements;
 mod names;
 mod own_energy;
+mod point_poses;
 mod point_sensors;
 mod point_strains;
 mod reactions;

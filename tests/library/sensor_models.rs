@@ -4,12 +4,15 @@
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, Normal};
-use rodfit::fit::{Channel, FitFile, PointChannel, ReactionPart, Reading, Sensor, SensorChannel};
+use rodfit::fit::{
+    Channel, FitFile, PointChannel, PoseSensor, ReactionPart, Reading, Sensor, SensorChannel,
+};
 use rodfit::scene::{Dimension, End, Scene, SensorModel};
 use rodfit::{Fit, FitReport, Parameter, Point, Trajectory, Unknown};
 
 use crate::calls::{refused, short};
 use crate::common::fits::same_mesh;
+use crate::point_poses::{PLACE, exact, measured, twisted};
 use crate::point_sensors::{model, steps};
 use crate::sensors::filtered;
 
@@ -174,6 +177,27 @@ fn frames_of_sensors_in_space_are_identified() {
             assert!(off < 1e-7, "{axis}: {off:e}");
         }
     }
+}
+
+/// Poses of a late clock, whose last one is after the motion; a rotation of their sensor is refused.
+#[test]
+fn delay_of_poses_is_identified() {
+    let mut late = exact(&twisted().problem().unwrap());
+    late.iter_mut().for_each(|reading| reading.time = reading.time.map(|t| t + DELAY));
+    let mut scene = with_sensor(&twisted());
+    let sensor = PoseSensor::new(PLACE, late).of_sensor("cell");
+    let fit = |scene: &Scene| {
+        let problem = scene.problem().unwrap();
+        let fit = measured(&sensor, &problem).into_iter().fold(Fit::new(&problem), Fit::observe);
+        let fit = fit.identify(Unknown::new(Parameter::YoungsModulus).start(1.05e8));
+        fit.identify(Unknown::new("sensors.cell.delay".parse().unwrap())).analyse(same_mesh())
+    };
+    let report = fit(&scene).solve().unwrap();
+    let off =
+        [value(&report, "youngs_modulus") / 1e8, value(&report, "sensors.cell.delay") / DELAY];
+    assert!(off.iter().all(|ratio| (ratio - 1.0).abs() < 1e-7), "{off:?}\n{report}");
+    scene.sensors[0].rotation = [0.1, 0.0, 0.0];
+    assert_eq!(refused(fit(&scene).solve())[0], "sensors.cell.rotation");
 }
 
 #[test]

@@ -23,7 +23,7 @@ fn bending() -> Channel {
 }
 
 /// The readings of a channel at every step of the whole scene but the first.
-fn readings(problem: &Problem, channel: Channel) -> Vec<Reading> {
+pub fn readings(problem: &Problem, channel: Channel) -> Vec<Reading> {
     let mut run = Trajectory::new(problem, &[], &[]).unwrap().keep_reactions();
     run.run(problem, problem.time().unwrap().steps(), |_| {}).unwrap();
     let reactions = run.reactions();

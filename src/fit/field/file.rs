@@ -8,7 +8,6 @@
 use crate::error::Error;
 use crate::fit::field::plan::FieldFit;
 use crate::fit::file::FitFile;
-use crate::fit::measurement::MeasuredData;
 use crate::fit::structure::structure_problem::refuse_structure;
 use crate::fit::uncertainty::analysis::Analysis;
 
@@ -50,7 +49,7 @@ impl FitFile {
                                            only",
                     );
                 }
-                None if matches!(measurement.data, MeasuredData::SensorReadings(_)) => {
+                None if !measurement.data.readings().is_empty() => {
                     return refused("observation.quantity", "a sensor", "recorded motions");
                 }
                 None => return refused("shape, frequencies", "one", "recorded motions"),

@@ -16,6 +16,7 @@ use crate::error::Error;
 use crate::fit::measurement::loss::Loss;
 use crate::fit::measurement::quantity::GaugeScalar;
 use crate::fit::measurement::reading::{Reading, spread_or_size};
+use crate::fit::measurement::sensor_reference::SensorReference;
 use crate::fit::measurement::simulated::{Requirements, SimulatedOutput};
 use crate::numerics::total_order;
 use crate::problem::Problem;
@@ -270,6 +271,11 @@ pub trait DataKind: Debug + Send + Sync {
     /// The readings of a gauge or a sensor with their times; empty for other data.
     fn readings(&self) -> &[Reading] {
         &[]
+    }
+
+    /// The sensor of the scene to which readings refer; `None` of other data.
+    fn sensor_reference(&self) -> Option<&SensorReference> {
+        None
     }
 
     /// The list of the readings, for changes; `None` of other data.

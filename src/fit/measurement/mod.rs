@@ -1,15 +1,16 @@
 //! Measurements of a rod: its motion, its shape at rest, its natural frequencies, forces and moments of its supports,
-//! accelerations, angles and strains of its points, load-deflection curves, critical loads, and user-defined
-//! quantities.
+//! accelerations, angles, strains and orientations of its points, load-deflection curves, critical loads, and
+//! user-defined quantities.
 //!
 //! [`Measurement`] is a data set of any of these kinds ([`MeasuredData`]) with its header (noise, loss, source). Each
 //! kind has its file here: `motion`, `shape`, `frequencies`, `load_deflection`, `buckling`, `gauge` (with `quantity`),
-//! `sensor` (with `sensor_channel`, `sensor_table`, `point_channel`, `point_acceleration`, `point_angle` and
-//! `point_strain`); readings of gauges and sensors are in `reading`. `dataset` has the header and the interface of the
-//! kinds, `loss` the robust losses, `simulated` the outputs of a simulation with which they are compared. Others
-//! concern their preparation: `experiment` groups measurements with a scene, `inspection` and `inspection_summary`
-//! examine marker files, `constant_axes` and `repeated_frames` detect faulty data. Every kind provides the differences
-//! simulated less measured value (`DataKind::differences`), of which `fit::misfit` makes residuals.
+//! `sensor` (with `sensor_channel`, `sensor_reference`, `sensor_table`, `low_pass`, `point_channel`, `point_acceleration`, `point_angle`
+//! and `point_strain`) and `point_pose` (with `pose_sensor` and `rotation_readings`); readings of gauges and sensors
+//! are in `reading`. `dataset` has the header and the interface of the kinds, `loss` the robust losses, `simulated` the
+//! outputs of a simulation with which they are compared. Others concern their preparation: `experiment` groups
+//! measurements with a scene, `inspection` and `inspection_summary` examine marker files, `constant_axes` and
+//! `repeated_frames` detect faulty data. Every kind provides the differences simulated less measured value
+//! (`DataKind::differences`), of which `fit::misfit` makes residuals.
 //!
 //! Functions of [`Measurement`] for any kind: `sigma` (`None` if it is to be estimated) and `sigmas` are standard
 //! deviations, `unit` is that of the values, `data_unit` that in which they were given and reports display them.
@@ -27,16 +28,21 @@ pub(crate) mod inspection;
 mod inspection_summary;
 pub(crate) mod load_deflection;
 pub(crate) mod loss;
+mod low_pass;
 pub(crate) mod motion;
 mod point_acceleration;
 mod point_angle;
 pub(crate) mod point_channel;
+pub(crate) mod point_pose;
 mod point_strain;
+pub(crate) mod pose_sensor;
 pub(crate) mod quantity;
 pub(crate) mod reading;
 pub(crate) mod repeated_frames;
+pub(crate) mod rotation_readings;
 pub(crate) mod sensor;
 pub(crate) mod sensor_channel;
+pub(crate) mod sensor_reference;
 pub(crate) mod sensor_table;
 pub(crate) mod shape;
 mod shape_columns;
@@ -50,6 +56,7 @@ use crate::fit::measurement::gauge::GaugeReadings;
 use crate::fit::measurement::load_deflection::LoadCurve;
 use crate::fit::measurement::loss::Loss;
 use crate::fit::measurement::motion::{Observation, PointMotion};
+use crate::fit::measurement::point_pose::PoseReadings;
 use crate::fit::measurement::quantity::GaugeScalar;
 use crate::fit::measurement::sensor::SensorReadings;
 use crate::fit::measurement::shape::EquilibriumShape;
@@ -122,6 +129,8 @@ kinds! {
     /// Readings of a component of a sensor: reaction of a support, N or N m; acceleration, m/s^2, angle, rad,
     /// curvature, 1/m, or strain of a point.
     SensorReadings,
+    /// A component of measured orientations of a point, rad.
+    PoseReadings,
     /// Displacements of a point at rest under several values of a load, m.
     LoadCurve,
     /// Critical value of a load, N or N m.
@@ -177,11 +186,6 @@ impl Measurement {
     /// The shape at rest; `None` if the measurement is of another kind.
     pub(crate) fn shape(&self) -> Option<&EquilibriumShape> {
         if let MeasuredData::EquilibriumShape(shape) = &self.data { Some(shape) } else { None }
-    }
-
-    /// The readings of a sensor; `None` if the measurement is of another kind.
-    pub(crate) fn sensor(&self) -> Option<&SensorReadings> {
-        if let MeasuredData::SensorReadings(own) = &self.data { Some(own) } else { None }
     }
 
     /// The natural frequencies; `None` if the measurement is of another kind.

@@ -17,15 +17,16 @@ use crate::error::{Error, ensure};
 use crate::fit::measurement::dataset::{DataKind, Dataset, Header, ValidationContext};
 use crate::fit::measurement::gauge::check_readings;
 use crate::fit::measurement::loss::Loss;
+use crate::fit::measurement::low_pass::low_pass_filter;
 use crate::fit::measurement::quantity::GaugeScalar;
 use crate::fit::measurement::reading::Reading;
 use crate::fit::measurement::sensor_channel::SensorChannel;
+use crate::fit::measurement::sensor_reference::SensorReference;
 use crate::fit::measurement::simulated::{Requirements, SimulatedOutput};
 use crate::fit::structure::structure_problem::refuse_structure;
 use crate::numerics::scalar::Scalar;
 use crate::numerics::upper_median;
 use crate::scene::validate::positive;
-use crate::scene::{Parameter, Scene, SensorModel};
 use std::f64::consts::TAU;
 
 /// Offset of a sensor: its reading without a load.
@@ -48,8 +49,8 @@ pub struct SensorReadings {
     pub tare: Tare,
     /// Cutoff frequency of the first-order low-pass filter of the sensor, Hz; none without a filter.
     pub low_pass: Option<f64>,
-    /// Name of the sensor in `[[sensors]]` of the scene, with its frame, clock and filter; none without one.
-    pub model: Option<String>,
+    /// The sensor in `[[sensors]]` of the scene, with its frame, clock and filter.
+    pub model: SensorReference,
 }
 
 /// Readings of a sensor with their header.
@@ -71,7 +72,13 @@ impl Sensor {
         let channel = channel.into();
         let header = Header { unit: channel.unit().into(), ..Header::default() };
         let tare = Tare::Known(0.0);
-        let data = SensorReadings { channel, readings, tare, low_pass: None, model: None };
+        let data = SensorReadings {
+            channel,
+            readings,
+            tare,
+            low_pass: None,
+            model: SensorReference::default(),
+        };
         Self { header, data }
     }
 
@@ -90,62 +97,22 @@ impl Sensor {
     /// The readings of a sensor of the scene, by its name in `[[sensors]]`: rotation, delay and filter are those of
     /// this table, and can be identified.
     pub fn of_sensor(mut self, name: &str) -> Self {
-        self.data.model = Some(name.into());
+        self.data.model = SensorReference(Some(name.into()));
         self
     }
 }
 
 impl SensorReadings {
-    /// The sensor of the scene to which the readings refer; none without a name.
-    fn model<'s, D>(&self, scene: &'s Scene<D>) -> Option<&'s SensorModel<D>> {
-        let name = self.model.as_ref()?;
-        scene.sensors.iter().find(|sensor| sensor.name == *name)
-    }
-
-    /// Whether its times are on a clock with a delay, which the scene has or one of `parameters` is.
-    pub(crate) fn is_delayed(
-        &self,
-        scene: &Scene,
-        mut parameters: impl Iterator<Item = Parameter>,
-    ) -> bool {
-        let Some(model) = self.model(scene) else { return false };
-        let own = format!("sensors.{}.delay", model.name);
-        model.delay != 0.0 || parameters.any(|parameter| parameter.path() == own)
-    }
-
     /// The component at all times of a record, without filter, in the frame of the sensor of the scene.
     fn components<D: Scalar>(
         &self,
         record: &RecordView<'_, D>,
         simulated: &SimulatedOutput<D>,
     ) -> Result<Vec<D>, Error> {
-        match self.model(simulated.scene) {
+        match self.model.model(simulated.scene) {
             Some(model) => self.channel.rotated_values(model.rotation, record, simulated),
             None => self.channel.values(record, simulated),
         }
-    }
-
-    /// Rejects a name that no sensor of the scene has, a rotation of the sensor that the quantity does not have, and
-    /// filters of both the sensor and the observation, or of readings at rest. Errors have the key.
-    fn check_model(&self, name: &str, context: &ValidationContext) -> Result<(), Error> {
-        let ValidationContext { problem, key, .. } = context;
-        let Some(model) = self.model(problem.scene()) else {
-            let names = problem.scene().sensors.iter().map(|sensor| &*sensor.name);
-            let allowed = match names.clone().next() {
-                Some(_) => format!("one of {}", names.collect::<Vec<_>>().join(", ")),
-                None => "a sensor of the scene, which has no [[sensors]]".into(),
-            };
-            return Err(Error::invalid(format!("{key}.sensor"), format!("{name:?}"), allowed));
-        };
-        self.channel.check_rotated(model.rotation, problem, name)?;
-        let (found, allowed) = ("a filter", "no filter, as the sensor of the scene has low_pass");
-        let is_one = model.low_pass.is_none() || self.low_pass.is_none();
-        ensure(is_one, format!("{key}.filter"), found, allowed)?;
-        let moves = self.readings.iter().all(|r| r.time.is_some());
-        let is_filtered = model.low_pass.is_some();
-        let found = "a filter of readings at rest";
-        let allowed = "a filter of readings over time only";
-        ensure(moves || !is_filtered, format!("sensors.{name}.low_pass"), found, allowed)
     }
 
     /// The output of the sensor, without tare, at all recorded times of a motion: the component, filtered by
@@ -161,30 +128,11 @@ impl SensorReadings {
         if self.channel.is_angle() {
             join_turns(&mut values);
         }
-        let own = self.model(simulated.scene).and_then(|model| model.low_pass);
-        let frequency = own.or(self.low_pass.map(D::from));
-        let (Some(frequency), Some(first)) = (frequency, values.first().copied()) else {
-            return Ok(values);
-        };
-        let (rate, mut output, mut before) = (frequency * TAU, first, first);
-        for (k, value) in values.iter_mut().enumerate().skip(1) {
-            let h = record.times()[k] - record.times()[k - 1];
-            // dy/dt = rate (u - y) with u linear over the step.
-            let lag = (*value - before) / (rate * h);
-            before = *value;
-            output =
-                before - lag + (output - (before - lag * (rate * h)) + lag) * (-rate * h).exp();
-            *value = output;
+        if let Some(frequency) = self.model.low_pass(simulated.scene, self.low_pass) {
+            low_pass_filter(&mut values, record.times(), frequency);
         }
         Ok(values)
     }
-}
-
-/// The time of the motion, s, that a sensor with this `delay`, s, shows at `time`, s: `time - delay`, at least zero, and
-/// without derivatives at zero.
-fn time_of_motion<D: Scalar>(time: f64, delay: Option<D>) -> D {
-    let since = delay.map_or(D::from(time), |delay| -delay + time);
-    if since.value() > 0.0 { since } else { D::from(0.0) }
 }
 
 /// Adds whole turns to angles, rad, so that each differs from the one before by at most half a turn.
@@ -220,6 +168,11 @@ impl DataKind for SensorReadings {
         &self.readings
     }
 
+    /// The sensor of the scene. Never `None`.
+    fn sensor_reference(&self) -> Option<&SensorReference> {
+        Some(&self.model)
+    }
+
     /// The list of the readings, for changes. Never `None`.
     fn readings_mut(&mut self) -> Option<&mut Vec<Reading>> {
         Some(&mut self.readings)
@@ -245,9 +198,9 @@ impl DataKind for SensorReadings {
             let found = "a filter of readings at rest";
             ensure(moves, format!("{key}.filter"), found, "a filter of readings over time only")?;
         }
-        if let Some(name) = &self.model {
-            self.check_model(name, context)?;
-        }
+        let check_rotation =
+            |rotation, name: &str| self.channel.check_rotated(rotation, problem, name);
+        self.model.check(&self.readings, self.low_pass, context, check_rotation)?;
         if let Tare::Known(offset) = self.tare {
             ensure(offset.is_finite(), format!("{key}.tare"), offset, "a finite number")?;
         }
@@ -268,11 +221,7 @@ impl DataKind for SensorReadings {
     fn require(&self, outputs: &mut Requirements) {
         let last = self.readings.iter().filter_map(|r| r.time).reduce(f64::max);
         let rests = self.readings.iter().any(|r| r.time.is_none());
-        match (last, &self.model) {
-            (Some(last), Some(name)) => outputs.last_delayed.push((name.clone(), last)),
-            (Some(last), None) => outputs.last_read = outputs.last_read.max(last),
-            (None, _) => {}
-        }
+        self.model.require(last, outputs);
         self.channel.require(last.is_some(), rests, outputs);
     }
 
@@ -297,13 +246,12 @@ impl DataKind for SensorReadings {
             Some(record) => self.components(record, simulated)?.first().copied(),
             None => None,
         };
-        let delay = self.model(simulated.scene).map(|model| model.delay);
         let exact = if let Tare::Known(tare) = self.tare { -tare } else { 0.0 };
         let mut differences = Vec::with_capacity(self.readings.len());
         for Reading { time, value } in &self.readings {
             let found = match (time, &simulated.moving, &output) {
                 (Some(time), Some(record), Some(output)) => {
-                    record.linear(output, time_of_motion(*time, delay))?
+                    record.linear(output, self.model.time_of_motion(*time, simulated.scene))?
                 }
                 (None, ..) if let Some(at_rest) = at_rest => at_rest,
                 _ => continue,

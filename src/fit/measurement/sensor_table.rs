@@ -41,6 +41,8 @@ pub(crate) enum SensorQuantity {
     Curvature,
     /// Strain along the rod at a point, on the axis or beside it.
     Strain,
+    /// Orientation of the rod at a point, tangent and directors.
+    Pose,
 }
 
 impl SensorQuantity {
@@ -49,17 +51,19 @@ impl SensorQuantity {
         matches!(self, Self::Force | Self::Moment)
     }
 
-    /// Number of components: one of an angle or strain, two of a curvature, else three.
+    /// Number of components: one of an angle or strain, two of a curvature, else three. Those of a pose are the
+    /// rotations about three axes.
     pub fn components(self) -> usize {
         match self {
             Self::Angle | Self::Strain => 1,
             Self::Curvature => 2,
-            Self::Force | Self::Moment | Self::Acceleration => 3,
+            Self::Force | Self::Moment | Self::Acceleration | Self::Pose => 3,
         }
     }
 
     /// Alternative names of the columns of the three components, without a prefix of the end, and the allowed units
-    /// with their factors to the SI unit. A name is empty for a component that the quantity does not have.
+    /// with their factors to the SI unit. A name is empty for a component that the quantity does not have. A pose has
+    /// no such columns: `read_rotations` reads its tables.
     fn columns(self) -> (Vec<[String; 3]>, &'static [(&'static str, f64)]) {
         let by_axis = |letter: &str, ending: &str| {
             ["x", "y", "z"].map(|axis| format!("{letter}{axis}{ending}"))
@@ -79,6 +83,7 @@ impl SensorQuantity {
                 (vec![both("k"), both("kappa"), alone("curvature")], &CURVATURES)
             }
             Self::Strain => (["strain", "eps", "epsilon"].map(alone).into(), &STRAINS),
+            Self::Pose => (vec![alone("")], &ANGLES),
         }
     }
 }
@@ -105,9 +110,19 @@ pub(crate) struct ComponentReadings {
     pub dropped: Dropped,
 }
 
+/// Use of a row of a file by its time.
+pub(super) enum RowUse {
+    /// A reading of the sensor.
+    Reading,
+    /// A row before the given start of the motion.
+    BeforeStart,
+    /// A row outside the window.
+    OutsideWindow,
+}
+
 /// Clock of a table: its column, and its unit in s.
 #[derive(Clone, Copy)]
-struct TableClock {
+pub(super) struct TableClock {
     column: usize,
     unit: f64,
 }
@@ -125,36 +140,21 @@ impl SensorTable<'_> {
         let table = Table::of_columns(path, &bytes, self.columns)?;
         let columns = self.component_columns(&table)?;
         let clock = self.clock(&table)?;
-        if clock.is_none() && self.window.is_some() {
-            let message = "found the key window and no clock, allowed: a column t, time or frame";
-            return Err(table.error(1, message).into());
-        }
-        let start = self.time_zero.unwrap_or(0.0);
-        if !start.is_finite() {
-            let message = format!("found time_zero = {start}, allowed: a finite number");
-            return Err(table.error(1, &message).into());
-        }
+        self.check_window(&table, clock.is_some())?;
+        let start = self.start().map_err(|message| table.error(1, &message))?;
         let mut read = ComponentReadings {
             components: std::array::from_fn(|_| Vec::new()),
             dropped: Dropped::default(),
         };
         for row in &table.rows {
             let time = clock.map(|clock| clock.time(&table, row, start)).transpose()?;
-            if let Some(early) = time.filter(|time| *time < 0.0) {
-                if self.time_zero.is_none() {
-                    let message = format!(
-                        "found the time {early} s, allowed: times from 0 on. State time_zero, the time at which the \
-                         motion starts"
-                    );
-                    return Err(table.error(row.line, &message).into());
+            match self.row_use(time).map_err(|message| table.error(row.line, &message))? {
+                RowUse::Reading => {}
+                RowUse::BeforeStart => {
+                    read.dropped.before_time_zero += 1;
+                    continue;
                 }
-                read.dropped.before_time_zero += 1;
-                continue;
-            }
-            if let (Some(time), Some([first, last])) = (time, self.window)
-                && !(first - WINDOW_TOLERANCE..=last + WINDOW_TOLERANCE).contains(&time)
-            {
-                continue;
+                RowUse::OutsideWindow => continue,
             }
             let mut is_empty = true;
             for (readings, column) in read.components.iter_mut().zip(columns) {
@@ -168,11 +168,52 @@ impl SensorTable<'_> {
         if !read.components.iter().all(Vec::is_empty) {
             return Ok(read);
         }
+        Err(table.error(1, &self.no_reading()).into())
+    }
+
+    /// The start of the motion on the clock of the file, in its unit. A message if it is not finite.
+    pub(super) fn start(&self) -> Result<f64, String> {
+        let start = self.time_zero.unwrap_or(0.0);
+        match start.is_finite() {
+            true => Ok(start),
+            false => Err(format!("found time_zero = {start}, allowed: a finite number")),
+        }
+    }
+
+    /// Rejects the window of a table without a clock.
+    pub(super) fn check_window(&self, table: &Table, has_clock: bool) -> Result<(), Error> {
+        if !has_clock && self.window.is_some() {
+            let message = "found the key window and no clock, allowed: a column t, time or frame";
+            return Err(table.error(1, message).into());
+        }
+        Ok(())
+    }
+
+    /// The use of a row by its time, s after the start of the motion; `None` of a row at rest. A message for a time
+    /// before 0 without a given start.
+    pub(super) fn row_use(&self, time: Option<f64>) -> Result<RowUse, String> {
+        let Some(time) = time else { return Ok(RowUse::Reading) };
+        if time < 0.0 {
+            return match self.time_zero {
+                Some(_) => Ok(RowUse::BeforeStart),
+                None => Err(format!(
+                    "found the time {time} s, allowed: times from 0 on. State time_zero, the time at which the motion \
+                     starts"
+                )),
+            };
+        }
+        let is_inside = self.window.is_none_or(|[first, last]| {
+            (first - WINDOW_TOLERANCE..=last + WINDOW_TOLERANCE).contains(&time)
+        });
+        Ok(if is_inside { RowUse::Reading } else { RowUse::OutsideWindow })
+    }
+
+    /// The message for a file without any reading.
+    pub(super) fn no_reading(&self) -> String {
         let within = self.window.map_or(String::new(), |[first, last]| {
             format!(" in the window from {first} to {last} s after the start of the motion")
         });
-        let message = format!("found no reading{within}, allowed: at least one row with a value");
-        Err(table.error(1, &message).into())
+        format!("found no reading{within}, allowed: at least one row with a value")
     }
 
     /// The column of each of the three components, with the factor to the SI unit; `None` for a component that the
@@ -221,7 +262,7 @@ impl SensorTable<'_> {
 
     /// The clock of a table, column and unit in s: `t` or `time` in its unit, or `frame` by the frame rate; `None` of a
     /// table without one, at rest. An error for frames without a rate, and an unknown unit.
-    fn clock(&self, table: &Table) -> Result<Option<TableClock>, Error> {
+    pub(super) fn clock(&self, table: &Table) -> Result<Option<TableClock>, Error> {
         if let Some(column) = table.find("t").or_else(|| table.find("time")) {
             return Ok(Some(TableClock { column, unit: table.factor(column, &TIMES, "")? }));
         }
@@ -241,7 +282,7 @@ impl SensorTable<'_> {
 impl TableClock {
     /// The time of a `row`, s: its clock reading less `start`, both in the unit of the clock, times this unit. An error
     /// for a blank.
-    fn time(self, table: &Table, row: &TableRow, start: f64) -> Result<f64, Error> {
+    pub(super) fn time(self, table: &Table, row: &TableRow, start: f64) -> Result<f64, Error> {
         let reading = row.values[self.column]
             .ok_or_else(|| table.error(row.line, "found a blank time, allowed: a number"))?;
         Ok((reading - start) * self.unit)

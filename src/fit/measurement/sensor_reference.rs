@@ -1,0 +1,96 @@
+//! Reference of readings to a sensor of the scene by its name in `[[sensors]]`.
+//!
+//! Input: the name, or none, and a scene over any scalar. Output: the [`SensorModel`], its delay and its filter, and the
+//! [time of the motion](SensorReference::time_of_motion) that a reading shows. `check` rejects a name that no sensor of
+//! the scene has, filters of both the sensor and the observation, and one of readings at rest. `require` adds the time
+//! of the last reading to the required outputs of a simulation, and `is_delayed` returns whether times are on a clock
+//! with a delay. Without a name the clock is that of the motion.
+
+use crate::error::{Error, ensure};
+use crate::fit::measurement::dataset::ValidationContext;
+use crate::fit::measurement::reading::Reading;
+use crate::fit::measurement::simulated::Requirements;
+use crate::numerics::scalar::Scalar;
+use crate::scene::{Parameter, Scene, SensorModel};
+
+/// Name of a sensor of the scene; none for readings without one.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct SensorReference(pub Option<String>);
+
+impl SensorReference {
+    /// The sensor of the scene; none without a name.
+    pub(crate) fn model<'s, D>(&self, scene: &'s Scene<D>) -> Option<&'s SensorModel<D>> {
+        let name = self.0.as_ref()?;
+        scene.sensors.iter().find(|sensor| sensor.name == *name)
+    }
+
+    /// Cutoff frequency of the filter of the sensor, Hz, or else that of the observation.
+    pub(crate) fn low_pass<D: Scalar>(
+        &self,
+        scene: &Scene<D>,
+        observation: Option<f64>,
+    ) -> Option<D> {
+        let own = self.model(scene).and_then(|model| model.low_pass);
+        own.or(observation.map(D::from))
+    }
+
+    /// The time of the motion, s, that a reading at `time`, s, shows: `time - delay`, at least zero, and without
+    /// derivatives at zero.
+    pub(crate) fn time_of_motion<D: Scalar>(&self, time: f64, scene: &Scene<D>) -> D {
+        let delay = self.model(scene).map(|model| model.delay);
+        let since = delay.map_or(D::from(time), |delay| -delay + time);
+        if since.value() > 0.0 { since } else { D::from(0.0) }
+    }
+
+    /// Whether the times are on a clock with a delay, which the scene has or one of `parameters` is.
+    pub(crate) fn is_delayed(
+        &self,
+        scene: &Scene,
+        mut parameters: impl Iterator<Item = Parameter>,
+    ) -> bool {
+        let Some(model) = self.model(scene) else { return false };
+        let own = format!("sensors.{}.delay", model.name);
+        model.delay != 0.0 || parameters.any(|parameter| parameter.path() == own)
+    }
+
+    /// Adds the time of the last reading to the required `outputs`, on the clock of the sensor or else of the motion.
+    pub(crate) fn require(&self, last: Option<f64>, outputs: &mut Requirements) {
+        match (last, &self.0) {
+            (Some(last), Some(name)) => outputs.last_delayed.push((name.clone(), last)),
+            (Some(last), None) => outputs.last_read = outputs.last_read.max(last),
+            (None, _) => {}
+        }
+    }
+
+    /// Rejects a name that no sensor of the scene has, and filters of both the sensor and the observation (`low_pass`),
+    /// or of readings at rest. `check_rotation` rejects a rotation vector of the sensor, rad, that the quantity does not
+    /// have. Errors have the key.
+    pub(crate) fn check(
+        &self,
+        readings: &[Reading],
+        low_pass: Option<f64>,
+        context: &ValidationContext,
+        check_rotation: impl FnOnce([f64; 3], &str) -> Result<(), Error>,
+    ) -> Result<(), Error> {
+        let ValidationContext { problem, key, .. } = context;
+        let Some(name) = &self.0 else { return Ok(()) };
+        let Some(model) = self.model(problem.scene()) else {
+            let names: Vec<_> =
+                problem.scene().sensors.iter().map(|sensor| &*sensor.name).collect();
+            let allowed = match names.is_empty() {
+                true => "a sensor of the scene, which has no [[sensors]]".into(),
+                false => format!("one of {}", names.join(", ")),
+            };
+            return Err(Error::invalid(format!("{key}.sensor"), format!("{name:?}"), allowed));
+        };
+        check_rotation(model.rotation, name)?;
+        let (found, allowed) = ("a filter", "no filter, as the sensor of the scene has low_pass");
+        let is_one = model.low_pass.is_none() || low_pass.is_none();
+        ensure(is_one, format!("{key}.filter"), found, allowed)?;
+        let moves = readings.iter().all(|r| r.time.is_some());
+        let (found, allowed) =
+            ("a filter of readings at rest", "a filter of readings over time only");
+        let is_applied = moves || model.low_pass.is_none();
+        ensure(is_applied, format!("sensors.{name}.low_pass"), found, allowed)
+    }
+}
