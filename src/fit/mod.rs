@@ -61,6 +61,8 @@ pub use file::FitFile;
 #[doc(hidden)]
 pub use former_names::*;
 #[cfg(feature = "page")]
+#[cfg(all(test, feature = "page"))]
+pub(crate) use image::ImageFile;
 #[cfg(feature = "page")]
 pub(crate) use image::MOST_BYTES as MOST_IMAGE_BYTES;
 pub use known::{Correlation, Known};

@@ -147,3 +147,55 @@ fn picture(overlay: &ImageOverlay, uri: &str) -> String {
         distance.unwrap_or_default(),
     )
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fit::{ImageFile, OverlayMarker};
+
+    /// An overlay at a time, s, with a picture of this number of bytes.
+    fn overlay(time: f64, bytes: usize) -> ImageOverlay {
+        let size = [640, 480];
+        let marker = OverlayMarker { recorded: [100.0, 50.0], simulated: Some([103.0, 54.0]) };
+        let markers = vec![marker];
+        ImageOverlay {
+            experiment: "<a>".into(),
+            pattern: "f{}.png".into(),
+            file: "folder/f1.png".into(),
+            time: Some(time),
+            size,
+            pixel: 1e-3,
+            rods: vec![vec![[0.0, 0.0], [100.0, 50.0]]],
+            rms: ImageOverlay::rms_distance(&markers),
+            markers,
+            is_worst: time == 0.2,
+            held_out: false,
+            image: Some(ImageFile { media_type: "image/png", size, bytes: vec![0; bytes] }),
+        }
+    }
+
+    #[test]
+    fn pictures_of_a_page_have_a_limited_size() {
+        let all: Vec<ImageOverlay> =
+            (0..4).map(|k| overlay(0.1 * f64::from(k), 4_000_000)).collect();
+        let html = overlays(&all);
+        assert_eq!(html.matches("<image href=\"data:image/png;base64,").count(), 2);
+        assert!(html.len() < 11_000_000 && html.contains("2 of 4 pictures are not shown"));
+    }
+
+    #[test]
+    fn distance_is_that_between_recorded_and_simulated_markers() {
+        let html = overlays(&[overlay(0.1, 10), overlay(0.2, 10)]);
+        assert!(html.contains("5 px, 5 mm"), "{html}");
+        assert!(html.contains("cx=\"100.00\" cy=\"50.00\"") && html.contains("&lt;a&gt;: f{}.png"));
+        assert_eq!(html.matches(" checked>").count(), 3);
+        assert!(overlays(&[]).is_empty());
+    }
+
+    #[test]
+    fn style_has_a_rule_for_each_picture() {
+        let rule = |k: usize| format!("input:nth-of-type({k}):checked~figure:nth-of-type({k})");
+        let style = include_str!("page.css");
+        assert!((1..=MOST_PICTURES).all(|k| style.contains(&rule(k))));
+    }
+}
