@@ -147,15 +147,15 @@ pub fn read_several<'a>(
 /// contradict the file or are missing, times and numbers that cannot be used.
 fn convert(file: &MarkerFile, recording: &Recording) -> Result<MarkerTrajectory, Error> {
     let converted = recording.convert(file, recording.select_marker(file)?)?;
-    let rows = converted.times.iter().zip(&converted.positions).enumerate();
-    let row = |(k, ((line, time), position)): (usize, (&(u64, f64), &[Option<f64>; 3]))| {
+    let row = |k: usize| {
+        let (line, time) = converted.times[k];
         let frame = match file.clock {
             Clock::Frames { .. } => file.frames[k].clock,
             Clock::Time(_) => k as f64,
         };
-        Ok(ConvertedRow { line: *line, frame, time: *time, position: *position, sigma: [None; 3] })
+        Ok(ConvertedRow { line, frame, time, position: converted.positions[k], sigma: [None; 3] })
     };
-    let read = collect(&file.path, recording, rows.map(row))?;
+    let read = collect(&file.path, recording, (0..converted.times.len()).map(row))?;
     Ok(MarkerTrajectory { pixels: converted.pixels, ..read })
 }
 
