@@ -87,11 +87,14 @@ const PLAIN: Lens =
     Lens { rotation: 0.0, scale: 1.0, distortion: 0.0, center: [0.0; 2], row_delay: 0.0 };
 
 impl Lens {
-    /// The recorded position of a point of a rod whose wall is at the origin, m.
-    fn recorded(&self, x: [f64; 3]) -> [f64; 2] {
+    /// The recorded position of a point of a rod whose first node has the coordinate x `first`, m. It is the center of
+    /// rotation and scale.
+    fn recorded(&self, x: [f64; 3], first: f64) -> [f64; 2] {
         let (sin, cos) = self.rotation.sin_cos();
-        let turned = [cos * x[0] - sin * x[1], sin * x[0] + cos * x[1]];
-        let arm = [0, 1].map(|c| self.scale * turned[c] - self.center[c]);
+        let right = x[0] - first;
+        let turned = [cos * right - sin * x[1], sin * right + cos * x[1]];
+        let picture = [first + self.scale * turned[0], self.scale * turned[1]];
+        let arm = [0, 1].map(|c| picture[c] - self.center[c]);
         let distance = arm[0].hypot(arm[1]);
         let (mut low, mut high) = (0.0, 2.0 * distance);
         for _ in 0..80 {
@@ -109,8 +112,8 @@ impl Lens {
     fn film(&self, run: &Trajectory, point: Point, clock: f64) -> [f64; 2] {
         let mut position = [0.0; 2];
         for _ in 0..60 {
-            position =
-                self.recorded(run.at(point, clock - self.row_delay * position[1]).unwrap().0);
+            let time = clock - self.row_delay * position[1];
+            position = self.recorded(run.at(point, time).unwrap().0, run.node(0, 0)[0]);
         }
         position
     }
@@ -191,8 +194,7 @@ fn markers_and_rod_are_drawn_at_the_pixels_of_the_table() {
         let folder = TempDir::new().unwrap();
         let places = write(folder.path(), &lens, FIRST + 4, 1);
         let report = solved(folder.path(), &fit_text("image = \"f{:03}.png\""));
-        // The first node is half an edge behind the wall, at rest.
-        let first_node = scene(&lens).problem().unwrap().simulate().unwrap().node(0, 0);
+        let first = scene(&lens).problem().unwrap().simulate().unwrap().node(0, 0);
         assert!(report.is_success(), "{report}");
         let overlays = overlays(&report);
         // Six pictures, and that of the largest residual unless it is one of them.
@@ -215,7 +217,7 @@ fn markers_and_rod_are_drawn_at_the_pixels_of_the_table() {
             assert_eq!(rod.len(), 21);
             let tip = distance(rod[20], places[k][1]);
             assert!(tip < 0.01, "{tip} px at {:?} s", own.time);
-            assert!(distance(rod[0], place(lens.recorded(first_node))) < 1e-6);
+            assert!(distance(rod[0], place(lens.recorded(first, first[0]))) < 1e-6);
             // The marker between nodes is on the rod, up to the curvature between two nodes.
             let nearest = rod.iter().map(|node| distance(*node, places[k][0]));
             assert!(nearest.fold(f64::INFINITY, f64::min) < 0.5 * 25.0 + 1.0);
