@@ -14,7 +14,7 @@ use std::sync::{Arc, OnceLock};
 use std::time::{Duration, Instant};
 
 /// The targets by name: what is read, in which format.
-pub const TARGETS: [(&str, Target); 24] = [
+pub const TARGETS: [(&str, Target); 25] = [
     ("scene", Target::Scene),
     ("fit", Target::Fit),
     ("csv", Target::Markers(Format::Csv)),
@@ -32,6 +32,7 @@ pub const TARGETS: [(&str, Target); 24] = [
     ("c3d", Target::Markers(Format::C3d)),
     ("poses", Target::Poses),
     ("accelerations", Target::Accelerations),
+    ("image", Target::Image),
     ("campaign", Target::Campaign),
     ("table", Target::CampaignTable),
     ("tasks", Target::Tasks),
@@ -51,6 +52,8 @@ pub enum Target {
     Poses,
     /// The log of an accelerometer, or positions of one point.
     Accelerations,
+    /// The picture of a shape at rest.
+    Image,
     /// A campaign file: how many tasks it makes, and the plan of a small one.
     Campaign,
     /// The table of a campaign.
@@ -95,6 +98,10 @@ impl Target {
                 std::fs::write(place, bytes).expect("the place can be written");
                 accelerations(place)
             }
+            (Self::Image, _) => {
+                std::fs::write(place, bytes).expect("the place can be written");
+                image(place, folder)
+            }
             (Self::CampaignTable, _) => {
                 std::fs::write(place, bytes).expect("the place can be written");
                 let name = place.file_name().expect("a file").to_string_lossy();
@@ -116,6 +123,16 @@ impl Target {
             (Self::Fit, Ok(text)) => FitFile::from_toml(text, folder).is_ok(),
         }
     }
+}
+
+/// Reads a fit file of a droop whose photograph is at this place; the data are in `folder`.
+fn image(place: &Path, folder: &Path) -> bool {
+    let text = format!(
+        "scene = \"droop.toml\"\n[[shape]]\nfile = \"droop.csv\"\n\
+         image = {{ file = '{}', scale = 0.02, origin = [8, 8] }}\n[[parameter]]\nname = \"youngs_modulus\"\n",
+        place.display()
+    );
+    FitFile::from_toml(&text, folder).is_ok()
 }
 
 /// The nodes of a scene, before its mesh is made; 0 where the program chooses.

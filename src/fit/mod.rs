@@ -32,6 +32,7 @@ mod field;
 mod file;
 mod former_names;
 mod frequencies_form;
+pub(crate) mod image;
 mod known;
 mod load_deflection_form;
 pub(crate) mod measurement;
@@ -60,6 +61,11 @@ pub use field::{Field, FieldEstimate, FieldFit, FieldReport, SingleEstimate};
 pub use file::FitFile;
 #[doc(hidden)]
 pub use former_names::*;
+#[cfg(feature = "page")]
+#[cfg(all(test, feature = "page"))]
+pub(crate) use image::ImageFile;
+#[cfg(feature = "page")]
+pub(crate) use image::MOST_BYTES as MOST_IMAGE_BYTES;
 pub use known::{Correlation, Known};
 pub use marker_files::{Axes, AxisColumnNames, Dropped, Format, Recording, SigmaColumns, Vertical};
 pub use marker_files::{ColumnKey, ColumnRule, ColumnRules, ColumnWithUnit};
@@ -84,12 +90,12 @@ pub use measurement::shape::{EquilibriumShape, RestShape, ShapePoint};
 pub use measurement::{MeasuredData, Measurement};
 pub use misfit::residual_tests::ResidualTests;
 pub use misfit::residuals::Residuals;
-#[cfg(feature = "page")]
 pub(crate) use report::estimate_table::interval_content;
 #[cfg(feature = "page")]
 #[cfg(feature = "page")]
 pub(crate) use report::experiment_estimates::compared_estimates;
 pub use report::fit_summary::FitSummary;
+pub use report::image_overlay::{ImageOverlay, OverlayMarker};
 pub use report::plot_data::{
     Measured, PlotData, RodShape, SearchRange, Series, SimulationSettings,
 };

@@ -6,14 +6,15 @@
 //! those that prescribe neither an end nor an inner node, of a structure those that have a point. `duration`, s, with
 //! `fps`, Hz, plans an observation without data. With `quantity` the table is that of a sensor (`sensor_form`). Output:
 //! one [`Measurement`] per point or sensor component, each with the table's standard deviation, loss and `held_out`, in
-//! SI units. Keys that exclude each other and missing keys are errors with the key; a file that cannot be read is an
+//! SI units. With `image` the measurements have the pictures of their frames. Keys that exclude each other and missing keys are errors with the key; a file that cannot be read is an
 //! error with its path, and the line if it has one. The type of `sigma`, a number (m) or columns of the file
 //! ([`Sigma`]), is shared with `[[shape]]`.
 
 use crate::error::{Error, ensure};
+use crate::fit::image::{ImageForm, ImagedRow};
 use crate::fit::measurement::Measurement;
 use crate::fit::measurement::loss::Loss;
-use crate::fit::measurement::motion::{Glitches, Observation};
+use crate::fit::measurement::motion::{Glitches, Observation, Sample};
 use crate::fit::measurement::sensor_table::SensorQuantity;
 use crate::fit::sensor_form::{GivenKey, SensorFilter, SensorForm, TareForm, refuse_given};
 use crate::problem::Problem;
@@ -187,6 +188,8 @@ struct ObservationKeys {
     filter: Option<SensorFilter>,
     /// Name of the sensor in `[[sensors]]` of the scene, with rotation, delay and filter that can be identified.
     sensor: Option<String>,
+    /// Pictures of the frames, over which the page of the fit draws data and model: `"frame_{:04}.png"`, or a table.
+    image: Option<ImageForm>,
     /// First and last time of the readings of a sensor that are used, s after the start of the motion; default: all.
     #[serde(default, deserialize_with = "crate::input::arrays::some_numbers")]
     window: Option<[f64; 2]>,
@@ -230,6 +233,7 @@ impl ObservationForm {
                 GivenKey("markers", markers.is_some()),
                 GivenKey("every", form.every.is_some()),
                 GivenKey("glitches", form.glitches.is_some()),
+                GivenKey("image", form.image.is_some()),
             ];
             let allowed = "this key with positions only";
             refuse_given(key, &positions, "a key of a position with quantity", allowed)?;
@@ -280,6 +284,13 @@ impl ObservationForm {
         if let Some(duration) = form.duration {
             let recorded = Recording { axes: None, fps: None, ..recording.clone() };
             let alone = form.every.is_none() && form.glitches.is_none() && markers.is_none();
+            let no_image = [GivenKey("image", form.image.is_some())];
+            refuse_given(
+                key,
+                &no_image,
+                "pictures of a planned observation",
+                "none without a file",
+            )?;
             let allowed = "only point, offset, fps, axes, sigma and held_out together with the \
                            duration of a planned observation";
             let is_plan = file.is_none() && alone && recorded == Recording::default();
@@ -306,8 +317,14 @@ impl ObservationForm {
             refuse_given(key, &free, "an observation without markers", allowed)?;
             // A file with named markers has one measurement per marker, another file only one.
             let file = marker_files::file::at(folder, &file.unwrap_or_default());
+            let pictured = |reads: &mut [Observation]| match &form.image {
+                Some(image) => add_images(reads, image, folder, key, &recording),
+                None => Ok(()),
+            };
             let Some(MarkerSelection::Named(markers)) = markers else {
-                let read = Observation::read_as(file, &recording)?;
+                let mut reads = [Observation::read_as(file, &recording)?];
+                pictured(&mut reads)?;
+                let [read] = reads;
                 return Ok(vec![measurement(match point {
                     Some(point) => point.of(read),
                     None => read,
@@ -320,11 +337,20 @@ impl ObservationForm {
             ensure(are_alone, format!("{key}.markers"), found, allowed)?;
             // The reader takes points of one rod; those of the table, also of structures, replace the tips.
             let tips = markers.keys().map(|name| (name.clone(), Point::Tip)).collect();
-            let read = Observation::read_markers(file, &recording, &tips)?.into_iter();
-            let placed = read.zip(markers.into_values()).map(|(read, point)| point.of(read));
+            let mut reads = Observation::read_markers(file, &recording, &tips)?;
+            pictured(&mut reads)?;
+            let pairs = reads.into_iter().zip(markers.into_values());
+            let placed = pairs.map(|(read, point)| point.of(read));
             return Ok(placed.map(measurement).collect());
         };
         // Free markers have their points and files by the scene: keys of files contradict them.
+        let no_image = [GivenKey("image", form.image.is_some())];
+        refuse_given(
+            key,
+            &no_image,
+            "pictures with markers = \"free\"",
+            "with a file in pixels only",
+        )?;
         let are_alone = file.is_none() && point.is_none() && recording == Recording::default();
         let allowed = "no file, point or keys of files together with markers = \"free\", which \
                        are markers of supports.path";
@@ -335,4 +361,32 @@ impl ObservationForm {
         let free = free.map_err(|error| error.below(key))?;
         Ok(free.into_iter().map(measurement).collect())
     }
+}
+
+/// Adds the pictures of the key `image` to the observations of one file, which share them. `key` is that of the table,
+/// names are relative to `folder`. Positions along all three axes are an error, as a picture shows two; the other errors
+/// are those of [`ImageForm`].
+fn add_images(
+    reads: &mut [Observation],
+    image: &ImageForm,
+    folder: &Path,
+    key: &str,
+    recording: &Recording,
+) -> Result<(), Error> {
+    let samples = reads.iter().flat_map(|read| read.samples.iter().zip(&read.header.frames));
+    let row = |(sample, frame): (&Sample, &f64)| ImagedRow {
+        frame: *frame,
+        time: sample.time,
+        position: sample.position,
+    };
+    let rows: Vec<ImagedRow> = samples.map(row).collect();
+    let is_in_space = rows.iter().any(|row| row.position.iter().all(Option::is_some));
+    let allowed = "two coordinates with a picture; axes = [\"x\", \"y\", \"none\"] selects them";
+    ensure(!is_in_space, format!("{key}.image"), "positions with three coordinates", allowed)?;
+    let pixels = reads.first().and_then(|read| read.header.pixels);
+    let images = image.of_motion(folder, key, &rows, pixels, recording)?;
+    for read in reads {
+        read.header.images = images.clone();
+    }
+    Ok(())
 }

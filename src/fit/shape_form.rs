@@ -2,12 +2,13 @@
 //!
 //! Input: the deserialized table, and the folder that its path is relative to. The table has the CSV file of the points
 //! (read with scale, origin and direction of y), or the arc lengths `at`, m, of a planned shape. Further keys are the
-//! standard deviation (a number, m, or columns of the file), the loss function, the name of the rod in a structure, and
-//! the use as validation data. Output: a [`Measurement`]. Both or neither of file and arc lengths, and keys of a file
+//! standard deviation (a number, m, or columns of the file), the loss function, the name of the rod in a structure, the
+//! use as validation data, and a photograph (`image`). Output: a [`Measurement`]. Both or neither of file and arc lengths, and keys of a file
 //! in a plan, are errors with the key. A file that cannot be read is an error with its path, and the line if it has
 //! one.
 
-use crate::error::Error;
+use crate::error::{Error, ensure};
+use crate::fit::image::ImageForm;
 use crate::fit::measurement::Measurement;
 use crate::fit::measurement::loss::Loss;
 use crate::fit::measurement::shape::RestShape;
@@ -45,6 +46,8 @@ pub(crate) struct ShapeForm {
     origin: Option<[f64; 3]>,
     /// Direction of the file's y axis.
     y: Option<Vertical>,
+    /// Photograph, over which the page of the fit draws data and model: its name, or a table.
+    image: Option<ImageForm>,
 }
 
 impl ShapeForm {
@@ -58,7 +61,7 @@ impl ShapeForm {
         let recording =
             Recording { columns, scale, origin, y, sigma: sigma_columns, ..Recording::default() };
         // A shape has a file or planned arc lengths, not both.
-        let read = match &self.file {
+        let mut read = match &self.file {
             Some(file) if self.at.is_empty() => {
                 RestShape::read_as(marker_files::file::at(folder, file), &recording)?
             }
@@ -74,6 +77,18 @@ impl ShapeForm {
                 return Err(Error::invalid(format!("{key}.at"), found, allowed));
             }
         };
+        if let Some(image) = &self.image {
+            let no_plan = "no picture of a planned shape";
+            ensure(
+                self.file.is_some(),
+                format!("{key}.image"),
+                "a picture without a file",
+                no_plan,
+            )?;
+            let positions: Vec<_> = read.sightings.iter().map(|s| s.position).collect();
+            let pixels = read.header.pixels;
+            read.header.images = image.of_shape(folder, key, &positions, pixels, &recording)?;
+        }
         let mut read = read.with_properties(sigma, loss, held_out);
         read.data.rod = rod;
         Ok(read.into())

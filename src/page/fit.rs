@@ -1,7 +1,7 @@
 //! The page of a fit of single parameters.
 //!
 //! Input: the report of the fit. The first card has the grade, the estimates with intervals and the warnings. Sections
-//! follow on parameters, residuals, prediction errors, discretization error, uncertainty budget, undetected bias,
+//! follow on parameters, residuals, data and model in pictures, prediction errors, discretization error, uncertainty budget, undetected bias,
 //! omitted effects, correlations, likelihood profiles, search, trajectory and settings. Output: a self-contained HTML
 //! page.
 
@@ -15,6 +15,7 @@ use crate::page::effects::{likely_omitted, undetected_bias};
 use crate::page::estimate::{error_heading, estimate_table};
 use crate::page::html::{capitalized, escaped, note, section, with_explanation};
 use crate::page::number::quantity;
+use crate::page::overlay::overlays;
 use crate::page::parameters::parameters;
 use crate::page::profile::profiles;
 use crate::page::recordings::recordings;
@@ -38,6 +39,7 @@ pub fn fit_page(report: &FitReport, title: &str) -> String {
     let matrix =
         correlation_matrix(&report.parameters, &report.correlation, &report.singular_values);
     let profiles = plots.map(|plots| profiles(report, &plots.profiles));
+    let pictures = plots.map(|plots| overlays(&plots.overlays));
     let trajectories = plots.map(|plots| trajectories(report.interrupted, plots));
     let settings = settings(plots.map_or(&[][..], |plots| &plots.settings))
         .row("cost", format!("equal to {:.1} full simulations", report.simulations))
@@ -46,6 +48,7 @@ pub fn fit_page(report: &FitReport, title: &str) -> String {
     let body = first_card(report)
         + &section("Parameters", &parameters(report))
         + &section("Residuals", &residuals)
+        + &section("Data and model in pictures", &pictures.unwrap_or_default())
         + &section("Free-run prediction errors", &recordings.unwrap_or_default())
         + &section("Discretization error", &errors)
         + &section("Uncertainty budget", &budgets(&report.parameters))

@@ -9,6 +9,7 @@ use crate::fit::{MeasurementError, ValidationReport};
 use crate::page::card::{MessageList, card};
 use crate::page::html::{note, section};
 use crate::page::number::quantity;
+use crate::page::overlay::overlays;
 use crate::page::recordings::recordings;
 use crate::page::table::HtmlTable;
 use crate::page::trajectory::trajectories;
@@ -29,6 +30,7 @@ pub fn prediction_page(report: &ValidationReport, title: &str) -> String {
     }
     if let Some(plots) = plots {
         body += &section("Residuals", &residuals::all_series(&plots.series, None));
+        body += &section("Data and model in pictures", &overlays(&plots.overlays));
         body += &trajectories(false, plots);
         body += &section("Settings", &settings::settings(&plots.settings).render());
     }

@@ -20,6 +20,7 @@ mod load_deflection;
 mod markers;
 mod minima;
 mod nist;
+mod pictures;
 mod piecewise;
 mod planar;
 mod recordings;

@@ -3,7 +3,7 @@
 //! Input are three names, one per world axis; a minus reverses the direction, and `none` is a coordinate that was not
 //! observed. [`Axes::new`] rejects other names, no axis at all, an axis given twice, and three axes that form a
 //! left-handed map; the error is a message. [`Axes::check`] rejects axes that the file does not have. Output: positions
-//! in world axes with signs ([`Axes::to_world`]), and standard deviations without ([`Axes::select`]). Both are `None`
+//! in world axes with signs ([`Axes::to_world`], inverse [`Axes::to_file`]), and standard deviations without ([`Axes::select`]). Both are `None`
 //! along axes that were not observed, and where the file has no value.
 
 use serde::{Deserialize, Serialize};
@@ -66,6 +66,18 @@ impl Axes {
         self.0.map(|axis| axis.and_then(|(c, sign)| Some(sign * position[c]?)))
     }
 
+    /// Converts a position in the axes of the world to those of the file: the inverse of [`to_world`](Self::to_world). A
+    /// coordinate is `None` along an axis of the file that is none of the world's, and where `position` is.
+    pub fn to_file(self, position: [Option<f64>; 3]) -> [Option<f64>; 3] {
+        let mut file = [None; 3];
+        for (axis, x) in self.0.iter().zip(position) {
+            if let Some((c, sign)) = axis {
+                file[*c] = x.map(|x| sign * x);
+            }
+        }
+        file
+    }
+
     /// Reorders a property per axis of the file, such as a standard deviation, to the axes of the world, without signs.
     /// It is `None` for an axis that was not observed, and where `of` is.
     pub fn select<T: Copy>(self, of: [Option<T>; 3]) -> [Option<T>; 3] {
@@ -109,5 +121,21 @@ impl From<Axes> for Vec<String> {
             None => NONE.into(),
         };
         axes.0.map(name).to_vec()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn axes_of_the_file_are_the_inverse_of_those_of_the_world() {
+        let file = [Some(1.0), Some(2.0), Some(3.0)];
+        for names in [["x", "z", "-y"], ["-y", "x", "z"], ["z", "x", "y"]] {
+            let axes = Axes::new(names).unwrap();
+            assert_eq!(axes.to_file(axes.to_world(file)), file, "{names:?}");
+        }
+        let upright = Axes::new(["x", "none", "y"]).unwrap();
+        assert_eq!(upright.to_file([Some(5.0), None, Some(7.0)]), [Some(5.0), Some(7.0), None]);
     }
 }

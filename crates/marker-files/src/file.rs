@@ -1,4 +1,5 @@
-//! Reads whole files of limited size, as bytes ([`data`], up to 500 MB) or UTF-8 text ([`text`], up to 100 MB).
+//! Reads whole files of limited size, as bytes ([`data`], up to 500 MB; [`limited`], up to a stated size) or UTF-8 text
+//! ([`text`], up to 100 MB). [`is_there`] returns whether there is a file.
 //!
 //! Larger files, text that is not UTF-8, folders, named pipes and devices are errors ([`Error::Io`]) with the path,
 //! because reading a pipe may never end. If a missing path has an environment variable that is not set, the message
@@ -73,6 +74,23 @@ fn in_memory(path: &Path) -> Option<io::Result<Vec<u8>>> {
 /// A file that cannot be read, is no regular file, or is larger than 500 MB.
 pub fn data(path: &Path) -> Result<Vec<u8>, Error> {
     bytes(path, MOST_DATA).map_err(|source| unreadable(path, source))
+}
+
+/// The bytes of a file of at most `most` bytes.
+///
+/// # Errors
+///
+/// A file that cannot be read, is no regular file, or is larger.
+pub fn limited(path: &Path, most: u64) -> Result<Vec<u8>, Error> {
+    bytes(path, most).map_err(|source| unreadable(path, source))
+}
+
+/// Whether there is a regular file at a path, or one of the contents given within [`with_files`].
+pub fn is_there(path: &Path) -> bool {
+    match in_memory(path) {
+        Some(content) => content.is_ok(),
+        None => std::fs::metadata(path).is_ok_and(|found| found.is_file()),
+    }
 }
 
 /// The text of a file, which must be UTF-8.

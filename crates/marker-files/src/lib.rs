@@ -74,7 +74,7 @@ pub use programs::{
     RecordedBodies, RecordedBody, RecordedBodyPose, load, open, parse, read_bodies,
 };
 pub use recording::{
-    AxisColumns, ClockedColumns, Converted, NOT_FINITE, Recording, Vertical, is_finite,
+    AxisColumns, ClockedColumns, Converted, NOT_FINITE, PixelAxes, Recording, Vertical, is_finite,
 };
 pub use sigma::{AxisColumnNames, SigmaColumns};
 pub use trajectory::{Dropped, MarkerTrajectory, read, read_several};

@@ -9,7 +9,8 @@
 //! marker, [`Recording::columns`] and its parts (`axis_columns`, `sigma_columns`) return columns of clock, coordinates
 //! and standard deviations with their factors; `check_columns` rejects further columns. [`Recording::position`] returns
 //! the position of a row, m, and [`Recording::row_sigma`] its standard deviations, m. [`Recording::observed_axes`]
-//! returns which axes of the world are observed. Keys that contradict the file, or are missing, are errors, as are
+//! returns which axes of the world are observed, [`Recording::pixel_axes`] the pixels of a picture in which a table was
+//! measured. Keys that contradict the file, or are missing, are errors, as are
 //! results of a conversion that are not finite.
 
 use crate::axes::Axes;
@@ -134,6 +135,20 @@ pub struct Converted {
     pub times: Vec<(u64, f64)>,
     /// Positions in all frames, m; a coordinate that was not observed is `None`.
     pub positions: Vec<[Option<f64>; 3]>,
+    /// Pixels of the picture in which the positions were measured; `None` if they are lengths.
+    pub pixels: Option<PixelAxes>,
+}
+
+/// Coordinates x and y of a file in pixels of a picture.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PixelAxes {
+    /// Size of a pixel, m.
+    pub size: f64,
+    /// Whether y points down.
+    pub down: bool,
+    /// Whether both count from the center of the picture. Otherwise they count from its left edge, and from its upper
+    /// edge if y points down, or its lower edge if y points up.
+    pub is_centered: bool,
 }
 
 impl Recording {
@@ -376,6 +391,14 @@ impl Recording {
             }
             (None, _) => false,
         };
+        // A table has a scale for pixels only; calibrated units of programs are those of their own axes.
+        let is_in_pixels = match file.lengths {
+            LengthUnit::Pixels { .. } => true,
+            LengthUnit::Calibrated => file.format == Format::Csv && scale.is_some(),
+            LengthUnit::Known(..) => false,
+        };
+        let is_centered = file.format == Format::Kinovea;
+        let pixels = is_in_pixels.then_some(PixelAxes { size: factor, down, is_centered });
         let origin = self.origin.unwrap_or_default();
         self.check_origin(marker.axes).map_err(refused)?;
         self.check_axes(marker.axes).map_err(refused)?;
@@ -413,7 +436,7 @@ impl Recording {
         match times.iter().zip(&positions).find(|((_, time), position)| !is_finite(*time, position))
         {
             Some(((line, _), _)) => Err(file.error(*line, NOT_FINITE)),
-            None => Ok(Converted { times, positions }),
+            None => Ok(Converted { times, positions, pixels }),
         }
     }
 
@@ -524,6 +547,14 @@ impl Recording {
         self.check_axes(axes.map(|axis| axis.is_some()))
             .map_err(|message| table.error(1, &message))?;
         Ok(axes)
+    }
+
+    /// The pixels in which the columns x and y of a table were measured; `None` unless both are there and have the
+    /// factor `scale`. `axes` are the columns with their factors to meters.
+    pub fn pixel_axes(&self, axes: &AxisColumns) -> Option<PixelAxes> {
+        let ([Some((_, x)), Some((_, y)), _], Some(size)) = (axes, self.scale) else { return None };
+        let are_pixels = *x == size && y.abs() == size;
+        are_pixels.then_some(PixelAxes { size, down: *y < 0.0, is_centered: false })
     }
 
     /// Seconds per unit of the clock in a column (index from 0), by the unit of its header (1 without one). An error if

@@ -2,15 +2,16 @@
 //!
 //! [`read`] converts one marker of a table or of a file of a tracking program, by the keys of a [`Recording`];
 //! [`read_several`] markers by their names. Output: [`MarkerTrajectory`] with times, positions, and standard deviations
-//! if the key `sigma` states their columns (tables with one marker). Rows before the stated start of the motion and
+//! if the key `sigma` states their columns (tables with one marker). It also has the numbers of the frames, and the
+//! pixels of the picture in which the positions were measured. Rows before the stated start of the motion and
 //! rows without any position are dropped and counted. Times that are negative without a stated start or do not
 //! increase, numbers that are not finite, and a file without a usable row are errors, with their line.
 
 use crate::error::Error;
 use crate::format::Format;
-use crate::marker_file::MarkerFile;
+use crate::marker_file::{Clock, MarkerFile};
 use crate::programs::{load, open_as, parse, read_columns};
-use crate::recording::{NOT_FINITE, Recording, is_finite};
+use crate::recording::{NOT_FINITE, PixelAxes, Recording, is_finite};
 use crate::table::Table;
 use crate::unknown_file::describe_position_table;
 use serde::{Deserialize, Serialize};
@@ -49,11 +50,17 @@ pub struct MarkerTrajectory {
     pub sigmas: Vec<f64>,
     /// Numbers of rows that were left out.
     pub dropped: Dropped,
+    /// Number of the frame of each position: that in the file, or that of its row, from 0, where the file has times only.
+    pub frames: Vec<f64>,
+    /// Pixels of the picture in which the positions were measured; `None` if they are lengths.
+    pub pixels: Option<PixelAxes>,
 }
 
-/// A row of a file in seconds and meters: line, time, position, and standard deviations of its coordinates.
+/// A row of a file in seconds and meters: line, number of the frame, time, position, and standard deviations of its
+/// coordinates.
 struct ConvertedRow {
     line: u64,
+    frame: f64,
     time: f64,
     position: [Option<f64>; 3],
     sigma: [Option<f64>; 3],
@@ -102,7 +109,8 @@ pub fn read(path: &Path, recording: &Recording) -> Result<MarkerTrajectory, Erro
     if !start.is_finite() {
         return Err(table.error(1, &format!("found time_zero = {start}, allowed: a finite number")));
     }
-    let rows = table.rows.iter().map(|row| {
+    let numbers = table.find("frame");
+    let rows = table.rows.iter().enumerate().map(|(k, row)| {
         let reading = row.values[clock]
             .ok_or_else(|| table.error(row.line, "found a blank time, allowed: a number"))?;
         let position = recording.position(&columns.axes, &row.values);
@@ -110,9 +118,11 @@ pub fn read(path: &Path, recording: &Recording) -> Result<MarkerTrajectory, Erro
         // Rows that are left out need no standard deviation.
         let observed = position.map(|x| x.is_some() && time >= 0.0 && recording.sigma.is_some());
         let sigma = recording.row_sigma(&table, &columns.sigma, row, observed)?;
-        Ok(ConvertedRow { line: row.line, time, position, sigma })
+        let frame = numbers.and_then(|column| row.values[column]).unwrap_or(k as f64);
+        Ok(ConvertedRow { line: row.line, frame, time, position, sigma })
     });
-    collect(path, recording, rows)
+    let read = collect(path, recording, rows)?;
+    Ok(MarkerTrajectory { pixels: recording.pixel_axes(&columns.axes), ..read })
 }
 
 /// Reads the trajectories, s and m, of several markers by their names, in the order of `markers`; the key `marker` is
@@ -137,11 +147,16 @@ pub fn read_several<'a>(
 /// contradict the file or are missing, times and numbers that cannot be used.
 fn convert(file: &MarkerFile, recording: &Recording) -> Result<MarkerTrajectory, Error> {
     let converted = recording.convert(file, recording.select_marker(file)?)?;
-    let rows = converted.times.iter().zip(&converted.positions);
-    let row = |((line, time), position): (&(u64, f64), &[Option<f64>; 3])| {
-        Ok(ConvertedRow { line: *line, time: *time, position: *position, sigma: [None; 3] })
+    let row = |k: usize| {
+        let (line, time) = converted.times[k];
+        let frame = match file.clock {
+            Clock::Frames { .. } => file.frames[k].clock,
+            Clock::Time(_) => k as f64,
+        };
+        Ok(ConvertedRow { line, frame, time, position: converted.positions[k], sigma: [None; 3] })
     };
-    collect(&file.path, recording, rows.map(row))
+    let read = collect(&file.path, recording, (0..converted.times.len()).map(row))?;
+    Ok(MarkerTrajectory { pixels: converted.pixels, ..read })
 }
 
 /// The trajectory of rows with increasing times, from time zero on if `recording` states the start of the motion
@@ -157,7 +172,7 @@ fn collect(
     let mut own = MarkerTrajectory::default();
     let mut last = f64::NEG_INFINITY;
     for row in rows {
-        let ConvertedRow { line, time, position, sigma } = row?;
+        let ConvertedRow { line, frame, time, position, sigma } = row?;
         if !is_finite(time, &position) {
             return Err(error(line, NOT_FINITE.into()));
         }
@@ -182,6 +197,7 @@ fn collect(
         match position.iter().any(Option::is_some) {
             true => {
                 own.times.push(time);
+                own.frames.push(frame);
                 own.positions.push(position);
             }
             false => own.dropped.empty += 1,

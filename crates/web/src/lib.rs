@@ -41,8 +41,7 @@ pub enum FitOutput {
 /// ```
 pub fn fit(files: BTreeMap<PathBuf, Vec<u8>>, name: &str) -> FitOutput {
     let solved = || -> Result<FitOutput, String> {
-        let loaded = marker_files::file::with_files(files, || FitFile::load(Path::new(name)));
-        let file = loaded.map_err(|error| error.to_string())?;
+        let file = FitFile::load(Path::new(name)).map_err(|error| error.to_string())?;
         if !file.fields.is_empty() {
             return Err("found lists along the rod ([[field]]), allowed: single parameters".into());
         }
@@ -53,5 +52,6 @@ pub fn fit(files: BTreeMap<PathBuf, Vec<u8>>, name: &str) -> FitOutput {
             report: serde_json::to_value(&report).map_err(|error| error.to_string())?,
         })
     };
-    solved().unwrap_or_else(FitOutput::Failed)
+    // Pictures are read after the fit.
+    marker_files::file::with_files(files, solved).unwrap_or_else(FitOutput::Failed)
 }

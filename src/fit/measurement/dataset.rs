@@ -13,6 +13,7 @@
 //! the number of values. A [`Coordinate`] lists the values of one axis, or scalars, with their abscissas.
 
 use crate::error::Error;
+use crate::fit::image::ImageSeries;
 use crate::fit::measurement::loss::Loss;
 use crate::fit::measurement::quantity::GaugeScalar;
 use crate::fit::measurement::reading::{Reading, spread_or_size};
@@ -20,11 +21,12 @@ use crate::fit::measurement::sensor_reference::SensorReference;
 use crate::fit::measurement::simulated::{Requirements, SimulatedOutput};
 use crate::numerics::total_order;
 use crate::problem::Problem;
-use marker_files::{Dropped, Recording};
+use marker_files::{Dropped, PixelAxes, Recording};
 use serde::{Deserialize, Serialize};
 use std::fmt::Debug;
 use std::ops::{Deref, DerefMut};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 /// A unit in which data are given, and in which reports display them.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -119,6 +121,12 @@ pub struct Header {
     pub recording: Option<Recording>,
     /// Numbers of rows of the file that were left out.
     pub dropped: Dropped,
+    /// Number of the frame of each position of a motion as it was read; empty of other data.
+    pub(crate) frames: Vec<f64>,
+    /// Pixels of the picture in which the positions of the file were measured; `None` for lengths.
+    pub(crate) pixels: Option<PixelAxes>,
+    /// Pictures of the positions; `None` without the key `image`.
+    pub(crate) images: Option<Arc<ImageSeries>>,
 }
 
 impl Header {

@@ -254,7 +254,9 @@ impl Observation {
     fn from_trajectory(path: &Path, recording: &Recording, read: MarkerTrajectory) -> Self {
         let pairs = read.times.into_iter().zip(read.positions);
         let samples = pairs.map(|(time, position)| Sample { time, position }).collect();
-        Self::new(samples).with_source(path, recording, read.dropped).sigmas(&read.sigmas)
+        let mut own = Self::new(samples).with_source(path, recording, read.dropped);
+        (own.header.frames, own.header.pixels) = (read.frames, read.pixels);
+        own.sigmas(&read.sigmas)
     }
 
     /// Reads several markers of a file, by their names, each at its point of the rod; one observation each, in the

@@ -212,7 +212,9 @@ impl RestShape {
                 Self::center_line(&positions)
             }
         };
-        Ok(shape.with_source(path, recording, dropped).sigmas(&sigmas))
+        let mut shape = shape.with_source(path, recording, dropped);
+        shape.header.pixels = recording.pixel_axes(&axes);
+        Ok(shape.sigmas(&sigmas))
     }
 }
 
@@ -223,7 +225,7 @@ impl EquilibriumShape {
     }
 
     /// The `point` on the rod of this shape as a point of a structure; `None` in a scene of one rod.
-    fn place(&self, point: Point) -> Option<StructurePoint> {
+    pub(crate) fn place(&self, point: Point) -> Option<StructurePoint> {
         let at = match point {
             Point::Tip => RodPoint::End(RodEndName::Tip),
             Point::Node(node) => RodPoint::Node(node),

@@ -11,6 +11,7 @@
 use crate::code::Code;
 use crate::error::Error;
 use crate::fit::measurement::experiment::{Experiment, all};
+use crate::fit::report::overlay_run::image_overlays;
 use crate::fit::report::plot_data::PlotData;
 use crate::fit::report::recorded_motion::recording_plots;
 use crate::fit::report::replay::{add_motion, static_plots};
@@ -38,8 +39,8 @@ pub(crate) struct FitOutcome {
 
 impl FitOutcome {
     /// The outcome of an assessed optimum, with its grade, warnings and local minima. `experiments` include the
-    /// validation data. With `keeps_plots` it has the data of plots, which need one more simulation. If that fails,
-    /// there is a note and no shapes. The fit counts as interrupted if the stop flag is set by now. The summary of the
+    /// validation data. With `keeps_plots` it has the data of plots, which need further simulations. If one fails,
+    /// there is a note and no shapes, or no pictures. The fit counts as interrupted if the stop flag is set by now. The summary of the
     /// local minima has no values if a parameter is not identifiable.
     pub fn assessed(
         Fitted { search, optimum }: Fitted,
@@ -57,6 +58,13 @@ impl FitOutcome {
             if let Err(error) = add_motion(search, &optimum.x, &mut plots) {
                 let words = format!("no shapes of the rod: {error}");
                 warnings.add(Severity::Note, Code::NoShapes, words);
+            }
+            match image_overlays(search, experiments, &optimum.x) {
+                Ok(overlays) => plots.overlays = overlays,
+                Err(error) => {
+                    let words = format!("no data and model in pictures: {error}");
+                    warnings.add(Severity::Note, Code::NoShapes, words);
+                }
             }
             plots
         });

@@ -2,15 +2,17 @@
 //!
 //! [`PlotData`] has per coordinate the observed and simulated values ([`Series`]), and shapes of the rod
 //! ([`RodShape`]). Of the search it has the ranges, the convergence history, the scan and profile likelihoods.
-//! Comparisons with recordings that drive the ends and the settings of the simulations complete it.
-//! [`Series::residuals`] are simulated less observed values in sigmas. All else is only stored here: `report::replay`
-//! and `report::recorded_motion` fill it, if [`Fit::keep_plot_data`](crate::Fit::keep_plot_data) requests it, at the
-//! cost of one more simulation of each experiment, and of several free runs of recordings that drive the ends.
+//! Data and model in pictures ([`ImageOverlay`]), comparisons with recordings that drive the ends, and the settings of the simulations complete it.
+//! [`Series::residuals`] are simulated less observed values in sigmas. All else is only stored here: `report::replay`,
+//! `report::overlay_run` and `report::recorded_motion` fill it, if
+//! [`Fit::keep_plot_data`](crate::Fit::keep_plot_data) requests it. It costs one more simulation of each experiment, two
+//! further ones of those with pictures, and several free runs of recordings that drive the ends.
 //!
 //! `SimulationSettings` are those of an experiment, with the size of each measurement (`Measured`); `SearchRange` is
 //! that of a parameter.
 
 use crate::fit::measurement::dataset::Abscissa;
+use crate::fit::report::image_overlay::ImageOverlay;
 use crate::fit::report::recorded_motion::RecordingPlots;
 use crate::fit::search::grid::Landscape;
 use crate::fit::search::journal::Iterate;
@@ -30,6 +32,9 @@ pub struct PlotData {
     pub series: Vec<Series>,
     /// Shape of the rod at about a dozen times.
     pub shapes: Vec<RodShape>,
+    /// Data and model in pictures of the recordings; empty without the key `image`.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub overlays: Vec<ImageOverlay>,
     /// Comparison of simulations with recordings that drive the ends.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub recordings: Option<RecordingPlots>,

@@ -33,7 +33,7 @@ const SHAPES: usize = 12;
 /// Number of intervals of the curve of a simulated coordinate over time.
 const CURVE: usize = 400;
 /// Largest number of fixed-point iterations for the time at which a row of a rolling shutter is read.
-const ROW_ITERATIONS: usize = 20;
+pub(crate) const ROW_ITERATIONS: usize = 20;
 
 /// The data of plots without a simulation: search ranges, history, scan, settings, version, and the series at the
 /// `optimum`, if there is one. `sigma` is the reported noise of each measurement, in its unit.

@@ -13,6 +13,7 @@ use crate::code::Code;
 use crate::error::Error;
 use crate::fit::measurement::constant_axes::without_constant_axes;
 use crate::fit::measurement::experiment::Experiment;
+use crate::fit::report::overlay_run::image_overlays;
 use crate::fit::report::plot_data::PlotData;
 use crate::fit::report::recorded_motion::recording_plots;
 use crate::fit::report::replay::{add_motion, static_plots};
@@ -74,6 +75,7 @@ pub(super) fn compare_all(
                 if let (Some(all), Some(own)) = (&mut plots, own.plots) {
                     all.series.extend(own.series);
                     all.shapes.extend(own.shapes);
+                    all.overlays.extend(own.overlays);
                     all.settings.extend(own.settings);
                     all.version = own.version;
                 }
@@ -146,6 +148,13 @@ fn compare(experiment: Experiment, keeps_plots: bool) -> Result<ExperimentCompar
         if let Err(error) = add_motion(&search, &[], &mut plots) {
             codes.push(Code::NoShapes);
             warnings.push(format!("no shapes of the rod: {error}"));
+        }
+        match image_overlays(&search, std::slice::from_ref(&experiment), &[]) {
+            Ok(overlays) => plots.overlays = overlays,
+            Err(error) => {
+                codes.push(Code::NoShapes);
+                warnings.push(format!("no data and model in pictures: {error}"));
+            }
         }
         plots
     });
