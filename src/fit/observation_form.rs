@@ -6,9 +6,9 @@
 //! those that prescribe neither an end nor an inner node, of a structure those that have a point. `duration`, s, with
 //! `fps`, Hz, plans an observation without data. With `quantity` the table is that of a sensor (`sensor_form`). Output:
 //! one [`Measurement`] per point or sensor component, each with the table's standard deviation, loss and `held_out`, in
-//! SI units. With `image` the measurements have the pictures of their frames. Keys that exclude each other and missing keys are errors with the key; a file that cannot be read is an
-//! error with its path, and the line if it has one. The type of `sigma`, a number (m) or columns of the file
-//! ([`Sigma`]), is shared with `[[shape]]`.
+//! SI units. With `image` the measurements have the pictures of their frames. Keys that exclude each other and missing
+//! keys are errors with the key; a file that cannot be read is an error with its path, and the line if it has one. The
+//! type of `sigma`, a number (m) or columns of the file ([`Sigma`]), is shared with `[[shape]]`.
 
 use crate::error::{Error, ensure};
 use crate::fit::image::{ImageForm, ImagedRow};
@@ -364,8 +364,8 @@ impl ObservationForm {
 }
 
 /// Adds the pictures of the key `image` to the observations of one file, which share them. `key` is that of the table,
-/// names are relative to `folder`. Positions along all three axes are an error, as a picture shows two; the other errors
-/// are those of [`ImageForm`].
+/// names are relative to `folder`. Positions along all three axes are an error, as a picture shows two; the other
+/// errors are those of [`ImageForm`].
 fn add_images(
     reads: &mut [Observation],
     image: &ImageForm,

@@ -3,9 +3,9 @@
 //! Input: the deserialized table, and the folder that its path is relative to. The table has the CSV file of the points
 //! (read with scale, origin and direction of y), or the arc lengths `at`, m, of a planned shape. Further keys are the
 //! standard deviation (a number, m, or columns of the file), the loss function, the name of the rod in a structure, the
-//! use as validation data, and a photograph (`image`). Output: a [`Measurement`]. Both or neither of file and arc lengths, and keys of a file
-//! in a plan, are errors with the key. A file that cannot be read is an error with its path, and the line if it has
-//! one.
+//! use as validation data, and a photograph (`image`). Output: a [`Measurement`]. Both or neither of file and arc
+//! lengths, and keys of a file in a plan, are errors with the key. A file that cannot be read is an error with its
+//! path, and the line if it has one.
 
 use crate::error::{Error, ensure};
 use crate::fit::image::ImageForm;

@@ -1,9 +1,9 @@
 //! The page of a fit of single parameters.
 //!
 //! Input: the report of the fit. The first card has the grade, the estimates with intervals and the warnings. Sections
-//! follow on parameters, residuals, data and model in pictures, prediction errors, discretization error, uncertainty budget, undetected bias,
-//! omitted effects, correlations, likelihood profiles, search, trajectory and settings. Output: a self-contained HTML
-//! page.
+//! follow on parameters, residuals, data and model in pictures, prediction errors, discretization error, uncertainty
+//! budget, undetected bias, omitted effects, correlations, likelihood profiles, search, trajectory and settings.
+//! Output: a self-contained HTML page.
 
 use crate::code::Code;
 use crate::fit::{FitReport, interval_content, quoted_estimates};

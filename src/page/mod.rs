@@ -5,8 +5,8 @@
 //! style, charts (SVG), tables, CSV data and, for motions, an animation. It opens offline, without scripts, fonts or
 //! links from elsewhere; control characters in names are escaped. Each kind of page has a module of its name. Modules
 //! of sections are `card`, `estimate`, `parameters`, `residuals`, `recordings`, `discretization`, `budget`, `effects`,
-//! `correlation`, `profile`, `search`, `trajectory`, `overlay`, `snapshots`, `player` and `settings`. They use `chart` with
-//! `plotted`, `drawing` and `csv`, `figure`, `table`, `plane`, `number` and `html`.
+//! `correlation`, `profile`, `search`, `trajectory`, `overlay`, `snapshots`, `player` and `settings`. They use `chart`
+//! with `plotted`, `drawing` and `csv`, `figure`, `table`, `plane`, `number` and `html`.
 
 mod budget;
 mod card;

@@ -2,15 +2,15 @@
 //!
 //! The tables declare units and search ranges of their numbers: gravity, m/s^2, forces, N, and moments, N m, at points,
 //! forces per length, N/m, between two arc lengths, and damping. The latter has a rate, 1/s, Kelvin-Voigt times, s,
-//! Maxwell branches, a power law and friction springs (fractions of the rod's stiffness). Loads may have a signal over time, or turn
-//! with the rod (follower loads). Numbers are validated with the scene.
+//! Maxwell branches, a power law and friction springs (fractions of the rod's stiffness). Loads may have a signal over
+//! time, or turn with the rod (follower loads). Numbers are validated with the scene.
 //!
 //! Functions for the choice of schemes and for checks: `have_forces` returns whether there are point or line loads,
 //! also of zero force, and `have_flow` whether the fluid moves. `first_follower` is the key of the first load without a
 //! potential (follower loads, in space also moments). `are_dissipative` returns whether damping dissipates energy
-//! (`is_dissipative`) or there is a drag. `is_viscous` is true with a Kelvin-Voigt time, Maxwell branches or a power law.
-//! `depends_on_history` is true with a Kelvin-Voigt time, or the stiffness of a Maxwell branch or of friction; in both,
-//! derivatives that are not zero count too. `times` are the keys and values of all four Kelvin-Voigt times, s;
+//! (`is_dissipative`) or there is a drag. `is_viscous` is true with a Kelvin-Voigt time, Maxwell branches or a power
+//! law. `depends_on_history` is true with a Kelvin-Voigt time, or the stiffness of a Maxwell branch or of friction; in
+//! both, derivatives that are not zero count too. `times` are the keys and values of all four Kelvin-Voigt times, s;
 //! `additional_times` are the Kelvin-Voigt times of stretch, bending and twist, s. `has_additional_times` returns
 //! whether one of these is above zero, and true for all numbers with derivatives. `LineForce::size` is the absolute
 //! resultant, N.
@@ -252,8 +252,8 @@ impl<D: Scalar> Damping<D> {
 }
 
 impl<D: RodScalar> Damping<D> {
-    /// Whether a Kelvin-Voigt time, or a derivative of one, is not zero, or there are Maxwell branches or a power law. The stress then
-    /// depends on strain rates or their history.
+    /// Whether a Kelvin-Voigt time, or a derivative of one, is not zero, or there are Maxwell branches or a power law.
+    /// The stress then depends on strain rates or their history.
     pub(crate) fn is_viscous(&self) -> bool {
         // A time of zero with a derivative counts: the derivative of the stress depends on strain rates.
         let is_present = |time: &D| !time.is_identically_zero();

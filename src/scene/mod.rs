@@ -1,24 +1,25 @@
 //! Scene files: their keys, validation, physical numbers and parameter names. All quantities are SI.
 //!
 //! A [`Scene`] has tables for the rod, material, supports, loads, signals, actuators, contacts, initial state, time,
-//! camera, sensors and user-defined energies. It is generic over the type of its physical numbers: `f64`, or dual numbers for
-//! derivatives by parameters ([`Scene::map_numbers`]). Each number is declared once with its unit and limits (`number`,
-//! `table`), and has a [`Parameter`] name, its path in the file. [`Scene::validate`] rejects invalid values and
-//! contradicting keys; the error has file, key, and the found and the allowed value. [`Scene::load`] reads a file, and
-//! the module `problem` builds the rod. [`StructureScene`] is the scene of several rods.
+//! camera, sensors and user-defined energies. It is generic over the type of its physical numbers: `f64`, or dual
+//! numbers for derivatives by parameters ([`Scene::map_numbers`]). Each number is declared once with its unit and
+//! limits (`number`, `table`), and has a [`Parameter`] name, its path in the file. [`Scene::validate`] rejects invalid
+//! values and contradicting keys; the error has file, key, and the found and the allowed value. [`Scene::load`] reads a
+//! file, and the module `problem` builds the rod. [`StructureScene`] is the scene of several rods.
 //!
 //! Functions of this file combine several tables. They return the integration scheme and its tolerance (the defaults
 //! without `[time]`), and the discretization (by default that of the kind of clamp). Section and material at a place
 //! are those of the rod times the taper factors there. A motion is dissipative with damping, drag, or contacts with
 //! friction or damping.
 //!
-//! Files: `rod`, `material`, `section`, `taper`, `along`, `break_points`, `mass`, `loads`, `drag`, `maxwell`, `power_law`,
-//! `contact`, `actuation`, `signal`, `initial`, `camera`, `sensor_model`, `time`, `scheme`, `tolerance` (tables); `shape`, `polyline`,
-//! `mesh`, `plane`, `point`, `marker` (geometry); `support`, `supports`, `prescribed_motion`, `motion_rate`,
-//! `signal_steps`, `path`, `track`, `recorded_point`, `gripper_frame`, `gripper_pose`, `pose_table`, `recorded_motion`,
-//! `track_defect`, `faults` (ends and recordings); `own` (user-defined energies); `structure` and others of this name,
-//! `per_axis` (several rods); `parameter`, `scene_catalog` (all parameters); `resolution`, `scheme_support`,
-//! `required`, `validate`, `nearest` (choice and checks); `file`, `scene_file` (reading).
+//! Files: `rod`, `material`, `section`, `taper`, `along`, `break_points`, `mass`, `loads`, `drag`, `maxwell`,
+//! `power_law`, `contact`, `actuation`, `signal`, `initial`, `camera`, `sensor_model`, `time`, `scheme`, `tolerance`
+//! (tables); `shape`, `polyline`, `mesh`, `plane`, `point`, `marker` (geometry); `support`, `supports`,
+//! `prescribed_motion`, `motion_rate`, `signal_steps`, `path`, `track`, `recorded_point`, `gripper_frame`,
+//! `gripper_pose`, `pose_table`, `recorded_motion`, `track_defect`, `faults` (ends and recordings); `own` (user-defined
+//! energies); `structure` and others of this name, `per_axis` (several rods); `parameter`, `scene_catalog` (all
+//! parameters); `resolution`, `scheme_support`, `required`, `validate`, `nearest` (choice and checks); `file`,
+//! `scene_file` (reading).
 
 pub mod actuation;
 pub mod along;

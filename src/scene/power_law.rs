@@ -1,18 +1,18 @@
 //! `loads.damping.power_law`: relaxation by a power law of time, as of many polymers, by a Prony series.
 //!
 //! A [`PowerLaw`] has relaxation times between `from` and `to`, s, each with a stiffness proportional to `time^-n` per
-//! interval of the logarithm of time; `n` is the `exponent`. Their sum is `stiffness`, `g`, as a fraction of that of the
-//! rod. Between `from` and `to` the modulus then relaxes by the power `-n` of time (Tschoegl 1989, section 4.1):
+//! interval of the logarithm of time; `n` is the `exponent`. Their sum is `stiffness`, `g`, as a fraction of that of
+//! the rod. Between `from` and `to` the modulus then relaxes by the power `-n` of time (Tschoegl 1989, section 4.1):
 //!
 //! ```text
 //! E(t) = E (1 + g (Gamma(1 + n) t^-n - to^-n)/(from^-n - to^-n))        from << t << to
 //! ```
 //!
 //! It is `E (1 + g)` for fast loads and E for slow ones. [`PowerLaw::branches`] returns Maxwell branches in geometric
-//! progression of times over any scalar, [`PER_DECADE`] per decade. Near `from` and `to` they differ from the continuous
-//! spectrum by up to 4 % of the relaxing stiffness; far from both the relaxing part is larger than that of the formula
-//! by `(n h)^2/24` with the interval `h = ln(10)/2` (0.2 % at `n = 0.2`). Rejected are exponents outside (0, 1], times that are not above zero and ascending,
-//! and ranges beyond [`LONGEST_RANGE`].
+//! progression of times over any scalar, [`PER_DECADE`] per decade. Near `from` and `to` they differ from the
+//! continuous spectrum by up to 4 % of the relaxing stiffness; far from both the relaxing part is larger than that of
+//! the formula by `(n h)^2/24` with the interval `h = ln(10)/2` (0.2 % at `n = 0.2`). Rejected are exponents outside
+//! (0, 1], times that are not above zero and ascending, and ranges beyond [`LONGEST_RANGE`].
 
 use crate::error::{Error, ensure};
 use crate::numerics::scalar::Scalar;
@@ -43,7 +43,8 @@ table! {
 }
 
 impl<D: Scalar> PowerLaw<D> {
-    /// The Maxwell branches of the law, in the order of their times, s. The sum of their stiffnesses is that of the law.
+    /// The Maxwell branches of the law, in the order of their times, s. The sum of their stiffnesses is that of the
+    /// law.
     ///
     /// ```
     /// use rodfit::scene::PowerLaw;

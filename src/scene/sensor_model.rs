@@ -1,9 +1,9 @@
 //! `[[sensors]]`: frame, clock and filter of sensors, to which the observations of a fit refer by name.
 //!
 //! A [`SensorModel`] has a rotation of the frame beyond that of the observation (rotation vector, rad), a delay, s, and
-//! the cutoff frequency of a first-order low-pass filter, Hz. A reading at `t` is the filtered component at `t - delay`.
-//! Only fits use sensors, with these numbers as possible parameters (`sensors.NAME.delay`). By default there is no
-//! effect. Names that are not valid or used twice are rejected.
+//! the cutoff frequency of a first-order low-pass filter, Hz. A reading at `t` is the filtered component at `t -
+//! delay`. Only fits use sensors, with these numbers as possible parameters (`sensors.NAME.delay`). By default there is
+//! no effect. Names that are not valid or used twice are rejected.
 
 use crate::error::{Error, ensure};
 use crate::scene::number::Quantity;

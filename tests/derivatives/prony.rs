@@ -1,5 +1,5 @@
-//! Derivatives of rods with several Maxwell branches by every number of damping, in the plane and in space: forward ones
-//! against the whole run in dual numbers and against differences, adjoint ones against forward ones.
+//! Derivatives of rods with several Maxwell branches by every number of damping, in the plane and in space: forward
+//! ones against the whole run in dual numbers and against differences, adjoint ones against forward ones.
 
 use rodfit::Parameter;
 use rodfit::scene::*;

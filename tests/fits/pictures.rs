@@ -276,9 +276,9 @@ fn validation_data_have_the_pictures_that_are_there() {
     assert!(fit_page(&read, "fit").contains("4 of 4 pictures are not shown"));
 }
 
-/// A droop in the xz plane, photographed, with a table in meters whose scale and origin in the photograph are stated.
+/// A photographed droop: the picture has its points and the rod.
 #[test]
-fn photograph_of_a_droop_in_another_plane_has_its_points_and_the_rod() {
+fn photograph_of_a_droop_has_its_points_and_the_rod() {
     let folder = TempDir::new().unwrap();
     let mut scene = coarse(20, 2e-3, 0.8);
     scene.time = None;

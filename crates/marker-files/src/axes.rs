@@ -3,8 +3,8 @@
 //! Input are three names, one per world axis; a minus reverses the direction, and `none` is a coordinate that was not
 //! observed. [`Axes::new`] rejects other names, no axis at all, an axis given twice, and three axes that form a
 //! left-handed map; the error is a message. [`Axes::check`] rejects axes that the file does not have. Output: positions
-//! in world axes with signs ([`Axes::to_world`], inverse [`Axes::to_file`]), and standard deviations without ([`Axes::select`]). Both are `None`
-//! along axes that were not observed, and where the file has no value.
+//! in world axes with signs ([`Axes::to_world`], inverse [`Axes::to_file`]), and standard deviations without
+//! ([`Axes::select`]). Both are `None` along axes that were not observed, and where the file has no value.
 
 use serde::{Deserialize, Serialize};
 
@@ -66,8 +66,8 @@ impl Axes {
         self.0.map(|axis| axis.and_then(|(c, sign)| Some(sign * position[c]?)))
     }
 
-    /// Converts a position in the axes of the world to those of the file: the inverse of [`to_world`](Self::to_world). A
-    /// coordinate is `None` along an axis of the file that is none of the world's, and where `position` is.
+    /// Converts a position in the axes of the world to those of the file: the inverse of [`to_world`](Self::to_world).
+    /// A coordinate is `None` along an axis of the file that is none of the world's, and where `position` is.
     pub fn to_file(self, position: [Option<f64>; 3]) -> [Option<f64>; 3] {
         let mut file = [None; 3];
         for (axis, x) in self.0.iter().zip(position) {

@@ -50,7 +50,8 @@ pub struct MarkerTrajectory {
     pub sigmas: Vec<f64>,
     /// Numbers of rows that were left out.
     pub dropped: Dropped,
-    /// Number of the frame of each position: that in the file, or that of its row, from 0, where the file has times only.
+    /// Number of the frame of each position: that in the file, or that of its row, from 0, where the file has times
+    /// only.
     pub frames: Vec<f64>,
     /// Pixels of the picture in which the positions were measured; `None` if they are lengths.
     pub pixels: Option<PixelAxes>,

@@ -4,13 +4,13 @@
 //!
 //! [`Measurement`] is a data set of any of these kinds ([`MeasuredData`]) with its header (noise, loss, source). Each
 //! kind has its file here: `motion`, `shape`, `frequencies`, `load_deflection`, `buckling`, `gauge` (with `quantity`),
-//! `sensor` (with `sensor_channel`, `sensor_reference`, `sensor_table`, `low_pass`, `point_channel`, `point_acceleration`, `point_angle`
-//! and `point_strain`) and `point_pose` (with `pose_sensor` and `rotation_readings`); readings of gauges and sensors
-//! are in `reading`. `dataset` has the header and the interface of the kinds, `loss` the robust losses, `simulated` the
-//! outputs of a simulation with which they are compared. Others concern their preparation: `experiment` groups
-//! measurements with a scene, `inspection` and `inspection_summary` examine marker files, `constant_axes` and
-//! `repeated_frames` detect faulty data. Every kind provides the differences simulated less measured value
-//! (`DataKind::differences`), of which `fit::misfit` makes residuals.
+//! `sensor` (with `sensor_channel`, `sensor_reference`, `sensor_table`, `low_pass`, `point_channel`,
+//! `point_acceleration`, `point_angle` and `point_strain`) and `point_pose` (with `pose_sensor` and
+//! `rotation_readings`); readings of gauges and sensors are in `reading`. `dataset` has the header and the interface of
+//! the kinds, `loss` the robust losses, `simulated` the outputs of a simulation with which they are compared. Others
+//! concern their preparation: `experiment` groups measurements with a scene, `inspection` and `inspection_summary`
+//! examine marker files, `constant_axes` and `repeated_frames` detect faulty data. Every kind provides the differences
+//! simulated less measured value (`DataKind::differences`), of which `fit::misfit` makes residuals.
 //!
 //! Functions of [`Measurement`] for any kind: `sigma` (`None` if it is to be estimated) and `sigmas` are standard
 //! deviations, `unit` is that of the values, `data_unit` that in which they were given and reports display them.

@@ -1,15 +1,15 @@
 //! Reference of readings to a sensor of the scene by its name in `[[sensors]]`.
 //!
-//! Input: the name, or none, and a scene over any scalar. Output: the [`SensorModel`], its delay and its filter, and the
-//! [time of the motion](SensorReference::time_of_motion) that a reading shows. `check` rejects a name that no sensor of
-//! the scene has, filters of both the sensor and the observation, and one of readings at rest. `require` adds the time
-//! of the last reading to the required outputs of a simulation, and `is_delayed` returns whether times are on a clock
-//! with a delay. Without a name the clock is that of the motion.
+//! Input: the name, or none, and a scene over any scalar. Output: the [`SensorModel`], its delay and its filter, and
+//! the [time of the motion](SensorReference::time_of_motion) that a reading shows. `check` rejects a name that no
+//! sensor of the scene has, filters of both the sensor and the observation, and one of readings at rest. `require` adds
+//! the time of the last reading to the required outputs of a simulation, and `is_delayed` returns whether times are on
+//! a clock with a delay. Without a name the clock is that of the motion.
 
 use crate::error::{Error, ensure};
 use crate::fit::measurement::dataset::ValidationContext;
 use crate::fit::measurement::reading::Reading;
-use crate::fit::measurement::simulated::Requirements;
+use crate::fit::measurement::simulated::{DelayedReading, Requirements};
 use crate::numerics::scalar::Scalar;
 use crate::scene::{Parameter, Scene, SensorModel};
 
@@ -56,15 +56,17 @@ impl SensorReference {
     /// Adds the time of the last reading to the required `outputs`, on the clock of the sensor or else of the motion.
     pub(crate) fn require(&self, last: Option<f64>, outputs: &mut Requirements) {
         match (last, &self.0) {
-            (Some(last), Some(name)) => outputs.last_delayed.push((name.clone(), last)),
+            (Some(last), Some(name)) => {
+                outputs.last_delayed.push(DelayedReading { sensor: name.clone(), time: last });
+            }
             (Some(last), None) => outputs.last_read = outputs.last_read.max(last),
             (None, _) => {}
         }
     }
 
     /// Rejects a name that no sensor of the scene has, and filters of both the sensor and the observation (`low_pass`),
-    /// or of readings at rest. `check_rotation` rejects a rotation vector of the sensor, rad, that the quantity does not
-    /// have. Errors have the key.
+    /// or of readings at rest. `check_rotation` rejects a rotation vector of the sensor, rad, that the quantity does
+    /// not have. Errors have the key.
     pub(crate) fn check(
         &self,
         readings: &[Reading],

@@ -40,6 +40,15 @@ pub struct BucklingCase {
     pub expected: f64,
 }
 
+/// Time of a reading on the clock of a sensor of the scene.
+#[derive(Clone, Debug)]
+pub struct DelayedReading {
+    /// Name of the sensor.
+    pub sensor: String,
+    /// Time, s.
+    pub time: f64,
+}
+
 /// Outputs of a simulation that measurements require, collected over all measurements of an experiment.
 #[derive(Debug, Default)]
 pub struct Requirements {
@@ -81,8 +90,8 @@ pub struct Requirements {
     pub recorded_range: [Option<[f64; 2]>; 3],
     /// Time of the last reading of a gauge or sensor on the clock of the motion, s.
     pub last_read: f64,
-    /// Time of the last reading, s, on the clock of a sensor of the scene, with the name of this sensor.
-    pub last_delayed: Vec<(String, f64)>,
+    /// The last readings on clocks of sensors of the scene.
+    pub last_delayed: Vec<DelayedReading>,
 }
 
 impl Requirements {

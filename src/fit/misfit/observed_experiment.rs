@@ -23,7 +23,9 @@ use crate::fit::measurement::MeasuredData;
 use crate::fit::measurement::experiment::{Experiment, OwnLoad};
 use crate::fit::measurement::loss::Loss;
 use crate::fit::measurement::quantity::GaugeScalar;
-use crate::fit::measurement::simulated::{BucklingCase, LoadCase, Requirements, SimulatedOutput};
+use crate::fit::measurement::simulated::{
+    BucklingCase, DelayedReading, LoadCase, Requirements, SimulatedOutput,
+};
 use crate::fit::misfit::camera::View;
 use crate::fit::structure::structure_frequencies::structure_frequencies;
 use crate::fit::structure::structure_problem::structure_of;
@@ -181,9 +183,9 @@ impl ObservedExperiment {
             true => last_recorded - camera.time_offset,
             false => View::new(&problem, |_, x| x).latest_time(*last_recorded, recorded_range),
         };
-        let of_sensor = |(name, last): &(String, f64)| {
-            let sensor = problem.scene().sensors.iter().find(|sensor| sensor.name == *name);
-            last - sensor.map_or(0.0, |sensor| sensor.delay)
+        let of_sensor = |last: &DelayedReading| {
+            let sensor = problem.scene().sensors.iter().find(|own| own.name == last.sensor);
+            last.time - sensor.map_or(0.0, |sensor| sensor.delay)
         };
         let end = last_delayed.iter().map(of_sensor).fold(end.max(*last_read), f64::max);
         let longest = MAX_DURATION_RATIO * time.end.max(self.required.last_recorded);

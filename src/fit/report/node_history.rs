@@ -14,13 +14,20 @@ const MOST_POSITIONS: usize = 2_000_000;
 /// Tolerance of times, s.
 const TIME_TOLERANCE: f64 = 1e-9;
 
+/// A state of a run.
+struct StoredState {
+    /// Time, s.
+    time: f64,
+    /// Positions of all nodes, m.
+    nodes: Vec<[f64; 3]>,
+}
+
 /// States of a run around given times.
 pub(crate) struct NodeHistory {
     intervals: Vec<[f64; 2]>,
     /// Time step, s.
     step: f64,
-    /// Time, s, and positions of all nodes, m.
-    states: Vec<(f64, Vec<[f64; 3]>)>,
+    states: Vec<StoredState>,
 }
 
 impl NodeHistory {
@@ -35,21 +42,23 @@ impl NodeHistory {
         let is_near = |[from, to]: &[f64; 2]| (from - margin..=to + margin).contains(&time);
         let has_room = (self.states.len() + 1) * nodes.len() <= MOST_POSITIONS;
         if has_room && self.intervals.iter().any(is_near) {
-            self.states.push((time, nodes.collect()));
+            self.states.push(StoredState { time, nodes: nodes.collect() });
         }
     }
 
     /// The position of a node, m, at a time, s; `None` if the states around it are not stored.
     pub fn position(&self, node: usize, time: f64) -> Option<[f64; 3]> {
-        let next = self.states.partition_point(|(t, _)| *t <= time);
+        let next = self.states.partition_point(|state| state.time <= time);
         let near = |k: usize| {
             Some(k).filter(|k| {
-                self.states.get(*k).is_some_and(|(t, _)| (t - time).abs() <= MARGIN * self.step)
+                self.states
+                    .get(*k)
+                    .is_some_and(|state| (state.time - time).abs() <= MARGIN * self.step)
             })
         };
         let around = [next.checked_sub(2), next.checked_sub(1), Some(next), Some(next + 1)];
         let around: Vec<usize> = around.into_iter().flatten().filter_map(near).collect();
-        let times = || around.iter().map(|k| self.states[*k].0);
+        let times = || around.iter().map(|k| self.states[*k].time);
         let is_between = times().any(|t| t <= time + TIME_TOLERANCE)
             && times().any(|t| t >= time - TIME_TOLERANCE);
         if !is_between {
@@ -58,7 +67,7 @@ impl NodeHistory {
         // Lagrange's polynomial through the states.
         let mut position = [0.0; 3];
         for k in &around {
-            let (own, nodes) = &self.states[*k];
+            let StoredState { time: own, nodes } = &self.states[*k];
             let others = times().filter(|t| t != own);
             let weight: f64 = others.map(|t| (time - t) / (own - t)).product();
             let node = nodes.get(node)?;

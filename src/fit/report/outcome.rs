@@ -40,8 +40,8 @@ pub(crate) struct FitOutcome {
 impl FitOutcome {
     /// The outcome of an assessed optimum, with its grade, warnings and local minima. `experiments` include the
     /// validation data. With `keeps_plots` it has the data of plots, which need further simulations. If one fails,
-    /// there is a note and no shapes, or no pictures. The fit counts as interrupted if the stop flag is set by now. The summary of the
-    /// local minima has no values if a parameter is not identifiable.
+    /// there is a note and no shapes, or no pictures. The fit counts as interrupted if the stop flag is set by now. The
+    /// summary of the local minima has no values if a parameter is not identifiable.
     pub fn assessed(
         Fitted { search, optimum }: Fitted,
         mut assessment: FitAssessment,

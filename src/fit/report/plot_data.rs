@@ -1,12 +1,12 @@
 //! Data of the plots of a fit, for the page of `rodfit fit --report` or for other programs: data types and their JSON.
 //!
 //! [`PlotData`] has per coordinate the observed and simulated values ([`Series`]), and shapes of the rod
-//! ([`RodShape`]). Of the search it has the ranges, the convergence history, the scan and profile likelihoods.
-//! Data and model in pictures ([`ImageOverlay`]), comparisons with recordings that drive the ends, and the settings of the simulations complete it.
-//! [`Series::residuals`] are simulated less observed values in sigmas. All else is only stored here: `report::replay`,
-//! `report::overlay_run` and `report::recorded_motion` fill it, if
-//! [`Fit::keep_plot_data`](crate::Fit::keep_plot_data) requests it. It costs one more simulation of each experiment, two
-//! further ones of those with pictures, and several free runs of recordings that drive the ends.
+//! ([`RodShape`]). Of the search it has the ranges, the convergence history, the scan and profile likelihoods. Data and
+//! model in pictures ([`ImageOverlay`]), comparisons with recordings that drive the ends, and the settings of the
+//! simulations complete it. [`Series::residuals`] are simulated less observed values in sigmas. All else is only stored
+//! here: `report::replay`, `report::overlay_run` and `report::recorded_motion` fill it, if
+//! [`Fit::keep_plot_data`](crate::Fit::keep_plot_data) requests it. It costs one more simulation of each experiment,
+//! two further ones of those with pictures, and several free runs of recordings that drive the ends.
 //!
 //! `SimulationSettings` are those of an experiment, with the size of each measurement (`Measured`); `SearchRange` is
 //! that of a parameter.
