@@ -102,6 +102,7 @@ impl ResolvedFit {
             })?;
             set_value(scenes[index].table, path, value)?;
         }
+        without_images(&mut table);
         // Paths in changes and scenes are absolute already; those of the fit file remain.
         make_absolute(&mut table, &folder);
         Ok(Self { file, table })
@@ -208,6 +209,19 @@ fn make_absolute(table: &mut Table, folder: &Path) {
     for_each_file(table, "", &mut |_, path| {
         *path = at(folder, Path::new(&*path)).display().to_string()
     });
+}
+
+/// Removes the key `image` of all observations and shapes, also of experiments: pictures are for pages, which campaigns
+/// do not make.
+fn without_images(table: &mut Table) {
+    for name in ["observation", "shape", "experiment"] {
+        for own in table.get_mut(name).and_then(Value::as_array_mut).into_iter().flatten() {
+            if let Some(own) = own.as_table_mut() {
+                own.remove("image");
+                without_images(own);
+            }
+        }
+    }
 }
 
 /// If a scene is the name of a file in `folder`, puts the table of that file in the place of the name, with absolute

@@ -61,7 +61,6 @@ pub use field::{Field, FieldEstimate, FieldFit, FieldReport, SingleEstimate};
 pub use file::FitFile;
 #[doc(hidden)]
 pub use former_names::*;
-#[cfg(feature = "page")]
 #[cfg(all(test, feature = "page"))]
 pub(crate) use image::ImageFile;
 #[cfg(feature = "page")]
@@ -90,8 +89,8 @@ pub use measurement::shape::{EquilibriumShape, RestShape, ShapePoint};
 pub use measurement::{MeasuredData, Measurement};
 pub use misfit::residual_tests::ResidualTests;
 pub use misfit::residuals::Residuals;
-pub(crate) use report::estimate_table::interval_content;
 #[cfg(feature = "page")]
+pub(crate) use report::estimate_table::interval_content;
 #[cfg(feature = "page")]
 pub(crate) use report::experiment_estimates::compared_estimates;
 pub use report::fit_summary::FitSummary;

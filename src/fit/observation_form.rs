@@ -11,7 +11,7 @@
 //! type of `sigma`, a number (m) or columns of the file ([`Sigma`]), is shared with `[[shape]]`.
 
 use crate::error::{Error, ensure};
-use crate::fit::image::{ImageForm, ImagedRow};
+use crate::fit::image::{ImageForm, ImagedPosition, ImagedRow};
 use crate::fit::measurement::Measurement;
 use crate::fit::measurement::loss::Loss;
 use crate::fit::measurement::motion::{Glitches, Observation, Sample};
@@ -380,13 +380,13 @@ fn add_images(
         position: sample.position,
     };
     let rows: Vec<ImagedRow> = samples.map(row).collect();
-    let is_in_space = rows.iter().any(|row| row.position.iter().all(Option::is_some));
-    let allowed = "two coordinates with a picture; axes = [\"x\", \"y\", \"none\"] selects them";
-    ensure(!is_in_space, format!("{key}.image"), "positions with three coordinates", allowed)?;
     let pixels = reads.first().and_then(|read| read.header.pixels);
     let images = image.of_motion(folder, key, &rows, pixels, recording)?;
     for read in reads {
         read.header.images = images.clone();
+        let position =
+            |sample: &Sample| ImagedPosition { time: sample.time, position: sample.position };
+        read.header.imaged = read.samples.iter().map(position).collect();
     }
     Ok(())
 }

@@ -23,7 +23,7 @@ use crate::fit::uncertainty::posterior::settings::PosteriorSettings;
 use crate::fit::unknown::{Prior, Unknown};
 use crate::numerics::upper_median;
 use crate::scene::validate::positive;
-use crate::scene::{Dimension, Point, Support};
+use crate::scene::{Dimension, Parameter, Point, Support};
 
 /// Smallest number of values of a measurement without a sigma beside other measurements: fewer do not determine their
 /// noise.
@@ -201,17 +201,18 @@ fn check_measurements(
     }
     let scene = experiment.problem.scene();
     let is_in_space = scene.structure.is_some() && scene.rod.dimension == Dimension::Spatial;
+    let own = unknowns.iter().filter(|u| u.is_of(experiment));
+    let parameters: Vec<Parameter> = own.map(|u| u.parameter).collect();
     for (i, measurement) in experiment.measurements.iter().enumerate() {
         let key = measurement_key(experiment, i);
         let has_modes_in_space = is_in_space && measurement.frequencies().is_some();
         let allowed = "a structure in a plane: frequencies of one in space have no derivatives";
         ensure(!has_modes_in_space, &key, "frequencies of a structure in space", allowed)?;
-        let own = unknowns.iter().filter(|u| u.is_of(experiment)).map(|u| u.parameter);
         let other_clock = match measurement.data.sensor_reference() {
-            Some(sensor) => sensor.is_delayed(scene, own),
+            Some(sensor) => sensor.is_delayed(scene, &parameters),
             None => other_clock && measurement.motion().is_some(),
         };
-        measurement.check(experiment, &key, other_clock)?;
+        measurement.check(experiment, &key, other_clock, &parameters)?;
         // The values of the load are those of the measurement.
         let is_load = |u: &Unknown| {
             let curve = measurement.load_curve().map(|curve| curve.load);
@@ -418,7 +419,13 @@ impl Measurement {
     /// sigma, and must be one per point or one per value. Also rejects values that the kind of data does not allow for
     /// the problem of the experiment. `key` is that of the table in the fit file. With `other_clock` (an offset of the
     /// clock or delays of rows) the times may end after the simulated motion.
-    fn check(&self, experiment: &Experiment, key: &str, other_clock: bool) -> Result<(), Error> {
+    fn check(
+        &self,
+        experiment: &Experiment,
+        key: &str,
+        other_clock: bool,
+        parameters: &[Parameter],
+    ) -> Result<(), Error> {
         let (problem, label) = (&experiment.problem, experiment.label(self));
         ensure(self.values() > 0, key, "no values", "at least one")?;
         if let Some(sigma) = self.sigma() {
@@ -437,7 +444,7 @@ impl Measurement {
             "one factor for each value, \
                                      and a sigma",
         )?;
-        let context = ValidationContext { problem, key, label: &label, other_clock };
+        let context = ValidationContext { problem, key, label: &label, other_clock, parameters };
         self.data.check(&self.header, &context)
     }
 }

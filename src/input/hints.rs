@@ -53,6 +53,7 @@ pub(crate) const SCENE: FileKind = FileKind {
         "supports.motion",
         "energy",
         "signals",
+        "sensors",
         "actuation",
         "contacts",
         "contacts.motion",

@@ -20,7 +20,8 @@ const RADIUS: f64 = 0.007;
 /// The content of the section, HTML; empty without overlays.
 pub(super) fn overlays(all: &[ImageOverlay]) -> String {
     let is_same = |a: &ImageOverlay, b: &ImageOverlay| {
-        a.experiment == b.experiment && a.pattern == b.pattern && a.held_out == b.held_out
+        let is_one_place = a.pattern == b.pattern && a.size == b.size && a.pixel == b.pixel;
+        a.experiment == b.experiment && is_one_place && a.held_out == b.held_out
     };
     let mut rest = MOST_BYTES;
     let groups = all.chunk_by(is_same).enumerate();
@@ -64,8 +65,8 @@ fn recording(index: usize, group: &[ImageOverlay], rest: &mut u64) -> String {
     let left_out = match group.len() - shown.len() {
         0 => String::new(),
         count => note(&format!(
-            "{count} of {} pictures are not shown: a page has pictures of at most {} MB in total, and none if the \
-             report was read from JSON.",
+            "{count} of {} pictures are not shown: a page has pictures of at most {} MB in total, none that cannot be \
+             read or have another size, and none if the report was read from JSON.",
             group.len(),
             MOST_BYTES / 1_000_000
         )),

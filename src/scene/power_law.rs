@@ -26,6 +26,9 @@ const PER_DECADE: f64 = 2.0;
 /// Largest ratio of the longest to the shortest time: 24 branches.
 const LONGEST_RANGE: f64 = 1e12;
 
+/// Largest number of branches: one more than [`LONGEST_RANGE`] has, for rounding.
+const MOST_BRANCHES: f64 = 25.0;
+
 table! {
     /// `loads.damping.power_law`: relaxation by a power law of time.
     #[derive(Copy)]
@@ -57,7 +60,7 @@ impl<D: Scalar> PowerLaw<D> {
     /// ```
     pub fn branches(&self) -> Vec<Maxwell<D>> {
         let range = (self.to / self.from).ln();
-        let count = (PER_DECADE * range / std::f64::consts::LN_10).ceil().max(1.0);
+        let count = (PER_DECADE * range / std::f64::consts::LN_10).ceil().clamp(1.0, MOST_BRANCHES);
         // The logarithm of the times over the shortest one, in the middle of equal intervals.
         let place = |k: usize| (k as f64 + 0.5) / count * range;
         let weight = |place: f64| (-self.exponent * place).exp();
@@ -91,7 +94,7 @@ mod tests {
     use num_dual::Dual64;
 
     /// Stiffness that is left of the branches after a time.
-    fn left<D: Scalar>(law: &PowerLaw<D>, time: f64) -> D {
+    fn relaxing_stiffness<D: Scalar>(law: &PowerLaw<D>, time: f64) -> D {
         law.branches().iter().map(|b| b.stiffness * (-b.time.recip() * time).exp()).sum()
     }
 
@@ -116,7 +119,8 @@ mod tests {
                 let law = PowerLaw { stiffness: 0.4, exponent, from: 1e-3, to };
                 for k in 0..=20 {
                     let time = 1e-3 * (to / 1e-3).powf(k as f64 / 20.0);
-                    worst = worst.max((left(&law, time) - exact(&law, time)).abs() / 0.4);
+                    worst =
+                        worst.max((relaxing_stiffness(&law, time) - exact(&law, time)).abs() / 0.4);
                 }
             }
         }
@@ -136,7 +140,7 @@ mod tests {
             let factor = (0.5 * exponent * h).sinh() / (0.5 * exponent * h);
             for time in [1e-4_f64, 1e-2, 1.0, 30.0] {
                 let closed = 0.4 * (gamma * time.powf(-exponent) - to) / (from - to);
-                let off = left(&law, time) / (closed * factor) - 1.0;
+                let off = relaxing_stiffness(&law, time) / (closed * factor) - 1.0;
                 println!("{exponent} {time}: {off:.1e}");
                 assert!(off.abs() < 1e-3, "{exponent} {time}: {off:e}");
             }
@@ -155,8 +159,10 @@ mod tests {
         };
         let h = 1e-5;
         for time in [2e-3, 0.05, 3.0] {
-            let slope = (left(&law(0.3 + h), time) - left(&law(0.3 - h), time)) / (2.0 * h);
-            let exact = left(&seeded, time).eps;
+            let slope = (relaxing_stiffness(&law(0.3 + h), time)
+                - relaxing_stiffness(&law(0.3 - h), time))
+                / (2.0 * h);
+            let exact = relaxing_stiffness(&seeded, time).eps;
             assert!((slope - exact).abs() < 1e-9, "{time}: {slope} {exact}");
         }
     }

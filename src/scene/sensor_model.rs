@@ -35,7 +35,7 @@ table! {
         pub delay: D = Quantity::signed("s").within(-1e6, 1e6).of_the_camera(),
         /// Cutoff frequency of its first-order low-pass filter, Hz; none without a filter.
         #[serde(default, skip_serializing_if = "Option::is_none")]
-        pub low_pass: Option<D> = Quantity::positive("Hz").of_the_camera(),
+        pub low_pass: Option<D> = Quantity::positive("Hz").within(1e-6, 1e9).of_the_camera(),
     }
 }
 

@@ -119,7 +119,10 @@ pub fn read(path: &Path, recording: &Recording) -> Result<MarkerTrajectory, Erro
         // Rows that are left out need no standard deviation.
         let observed = position.map(|x| x.is_some() && time >= 0.0 && recording.sigma.is_some());
         let sigma = recording.row_sigma(&table, &columns.sigma, row, observed)?;
-        let frame = numbers.and_then(|column| row.values[column]).unwrap_or(k as f64);
+        let frame = match numbers {
+            Some(column) => row.values[column].unwrap_or(f64::NAN),
+            None => k as f64,
+        };
         Ok(ConvertedRow { line: row.line, frame, time, position, sigma })
     });
     let read = collect(path, recording, rows)?;

@@ -2,8 +2,8 @@
 //!
 //! Input: the path of a file of at most [`MOST_BYTES`]. Output: [`ImageFile`] with its bytes, as pages embed them. Kind
 //! and size are those in the header, whatever the name. Other kinds, sides of zero or more than [`LONGEST_SIDE`] px,
-//! and JPEGs that a viewer rotates (by the orientation in Exif) are errors: programs differ in the pixels that they
-//! count in these. Broken headers are errors, and never panic.
+//! and JPEGs that a viewer rotates (by the orientation in Exif) are errors: tracking programs use either
+//! orientation for their pixel coordinates. Broken headers are errors, and never panic.
 
 use crate::error::Error;
 use std::path::Path;
@@ -81,7 +81,13 @@ fn dimensions(_: &[u8]) -> Result<(&'static str, usize, usize), String> {
 fn exif_orientation(bytes: &[u8]) -> Option<u32> {
     let mut rest = bytes.strip_prefix(b"\xff\xd8")?;
     // Segments up to the start of the image data: marker, length with its own two bytes, content.
-    while let [0xff, marker @ 0xc0..=0xfe, high, low, ..] = *rest {
+    while let [0xff, next, ..] = *rest {
+        // Any number of fill bytes may precede a marker.
+        if next == 0xff {
+            rest = &rest[1..];
+            continue;
+        }
+        let [_, marker @ 0xc0..=0xfe, high, low, ..] = *rest else { return None };
         let length = usize::from(u16::from_be_bytes([high, low]));
         let segment = rest.get(4..2 + length)?;
         match (marker, segment.strip_prefix(b"Exif\0\0")) {

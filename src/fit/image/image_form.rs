@@ -19,7 +19,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 /// Largest number of frames whose files are looked for.
-const MOST_CANDIDATES: usize = 10_000;
+const MOST_CANDIDATES: usize = 1_000_000;
 /// Smallest part of the recorded positions that must be inside of the picture. Tracked points may leave it for a time.
 const LEAST_INSIDE: f64 = 0.5;
 
@@ -56,7 +56,8 @@ pub(crate) struct ImageTable {
     origin: Option<[f64; 2]>,
 }
 
-/// A row of a file: number of its frame, time, s, and recorded position, m, in the axes of the world.
+/// A row of a file: number of its frame (NaN where the file leaves it blank), time, s, and recorded position, m, in the
+/// axes of the world.
 pub(crate) struct ImagedRow {
     pub frame: f64,
     pub time: f64,
@@ -94,6 +95,7 @@ impl ImageForm {
         }
         let numbers: BTreeMap<i64, f64> = rows
             .iter()
+            .filter(|row| row.frame.is_finite())
             .map(|row| ((row.frame.round() as i64).saturating_add(table.first), row.time))
             .collect();
         let all: Vec<(i64, f64)> = numbers.into_iter().collect();
@@ -102,6 +104,8 @@ impl ImageForm {
             let file = marker_files::file::at(folder, name.of_frame(number).as_ref());
             ImageFrame { time: Some(time), file }
         };
+        let found = "no row with a number of its frame";
+        ensure(!all.is_empty(), &key, found, "numbers in the column frame")?;
         let candidates = evenly_spaced(all.len(), MOST_CANDIDATES).into_iter().map(candidate);
         let positions: Vec<_> = rows.iter().map(|row| row.position).collect();
         table.series(&key, candidates.collect(), &positions, pixels, recording)
@@ -178,7 +182,13 @@ impl ImageTable {
         }
         let size = size.unwrap_or_default();
         let placement = self.placement(key, pixels, recording, size)?;
+        let is_in_space = positions.iter().any(|x| x.iter().all(Option::is_some));
+        let allowed = "two coordinates with a picture; axes = [\"x\", \"y\", \"none\"] of an observation selects them";
+        ensure(!is_in_space, key, "positions with three coordinates", allowed)?;
         let places: Vec<_> = positions.iter().filter_map(|x| placement.place(*x)).collect();
+        let found = "no position with x and y of the picture";
+        let allowed = "positions with both coordinates of the picture, which axes select";
+        ensure(!places.is_empty(), key, found, allowed)?;
         let is_inside =
             |place: &&[f64; 2]| (0..2).all(|c| (0.0..=f64::from(size[c])).contains(&place[c]));
         let inside = places.iter().filter(is_inside).count();
@@ -244,9 +254,9 @@ impl ImageTable {
                 ));
             }
         };
-        let is_seen = placement.place([Some(0.0); 3]).is_some();
+        let has_place = placement.place([Some(0.0); 3]).is_some();
         let allowed = "axes with x and y of the file, which are those of the picture";
-        ensure(is_seen, key, "axes without x or y", allowed)?;
+        ensure(has_place, key, "axes without x or y", allowed)?;
         Ok(placement)
     }
 }

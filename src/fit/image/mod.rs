@@ -16,7 +16,7 @@ pub(crate) use image_placement::ImagePlacement;
 
 use std::path::PathBuf;
 
-/// Number of frames of a recording that a page shows, evenly spaced over the data.
+/// Number of frames of a recording that a page shows, evenly spaced over those that are there.
 pub(crate) const SHOWN_FRAMES: usize = 6;
 
 /// The pictures of a recording that are there, at increasing times, and the place of positions in them.
@@ -30,6 +30,15 @@ pub(crate) struct ImageSeries {
     pub size: [u32; 2],
     /// Place of recorded positions in the picture.
     pub placement: ImagePlacement,
+}
+
+/// A position of a motion with pictures.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct ImagedPosition {
+    /// Time on the clock of the recording, s.
+    pub time: f64,
+    /// Observed coordinates, m, in the axes of the world.
+    pub position: [Option<f64>; 3],
 }
 
 /// One picture of a recording.

@@ -13,7 +13,7 @@
 //! the number of values. A [`Coordinate`] lists the values of one axis, or scalars, with their abscissas.
 
 use crate::error::Error;
-use crate::fit::image::ImageSeries;
+use crate::fit::image::{ImageSeries, ImagedPosition};
 use crate::fit::measurement::loss::Loss;
 use crate::fit::measurement::quantity::GaugeScalar;
 use crate::fit::measurement::reading::{Reading, spread_or_size};
@@ -21,6 +21,7 @@ use crate::fit::measurement::sensor_reference::SensorReference;
 use crate::fit::measurement::simulated::{Requirements, SimulatedOutput};
 use crate::numerics::total_order;
 use crate::problem::Problem;
+use crate::scene::Parameter;
 use marker_files::{Dropped, PixelAxes, Recording};
 use serde::{Deserialize, Serialize};
 use std::fmt::Debug;
@@ -127,6 +128,8 @@ pub struct Header {
     pub(crate) pixels: Option<PixelAxes>,
     /// Pictures of the positions; `None` without the key `image`.
     pub(crate) images: Option<Arc<ImageSeries>>,
+    /// Positions of a motion with pictures, as they were read.
+    pub(crate) imaged: Vec<ImagedPosition>,
 }
 
 impl Header {
@@ -266,6 +269,8 @@ pub struct ValidationContext<'a> {
     pub label: &'a str,
     /// Whether its times are on a clock with an offset, given or unknown.
     pub other_clock: bool,
+    /// Parameters that the fit identifies in its experiment.
+    pub parameters: &'a [Parameter],
 }
 
 /// A kind of data: positions of points, readings, or other scalars. The defaults are those of readings.

@@ -13,6 +13,9 @@ use crate::fit::measurement::simulated::{DelayedReading, Requirements};
 use crate::numerics::scalar::Scalar;
 use crate::scene::{Parameter, Scene, SensorModel};
 
+/// Change of a rotation, rad, that shows whether a quantity has it: any value that is not a whole turn.
+const TRIAL_ROTATION: f64 = 0.1;
+
 /// Name of a sensor of the scene; none for readings without one.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SensorReference(pub Option<String>);
@@ -43,14 +46,10 @@ impl SensorReference {
     }
 
     /// Whether the times are on a clock with a delay, which the scene has or one of `parameters` is.
-    pub(crate) fn is_delayed(
-        &self,
-        scene: &Scene,
-        mut parameters: impl Iterator<Item = Parameter>,
-    ) -> bool {
+    pub(crate) fn is_delayed(&self, scene: &Scene, parameters: &[Parameter]) -> bool {
         let Some(model) = self.model(scene) else { return false };
         let own = format!("sensors.{}.delay", model.name);
-        model.delay != 0.0 || parameters.any(|parameter| parameter.path() == own)
+        model.delay != 0.0 || parameters.iter().any(|parameter| parameter.path() == own)
     }
 
     /// Adds the time of the last reading to the required `outputs`, on the clock of the sensor or else of the motion.
@@ -72,7 +71,7 @@ impl SensorReference {
         readings: &[Reading],
         low_pass: Option<f64>,
         context: &ValidationContext,
-        check_rotation: impl FnOnce([f64; 3], &str) -> Result<(), Error>,
+        check_rotation: impl Fn([f64; 3], &str) -> Result<(), Error>,
     ) -> Result<(), Error> {
         let ValidationContext { problem, key, .. } = context;
         let Some(name) = &self.0 else { return Ok(()) };
@@ -86,6 +85,15 @@ impl SensorReference {
             return Err(Error::invalid(format!("{key}.sensor"), format!("{name:?}"), allowed));
         };
         check_rotation(model.rotation, name)?;
+        // A component that is a parameter takes other values.
+        for (c, axis) in ["x", "y", "z"].into_iter().enumerate() {
+            let path = format!("sensors.{name}.rotation.{axis}");
+            if context.parameters.iter().any(|parameter| parameter.path() == path) {
+                let mut rotation = model.rotation;
+                rotation[c] += TRIAL_ROTATION;
+                check_rotation(rotation, name)?;
+            }
+        }
         let (found, allowed) = ("a filter", "no filter, as the sensor of the scene has low_pass");
         let is_one = model.low_pass.is_none() || low_pass.is_none();
         ensure(is_one, format!("{key}.filter"), found, allowed)?;

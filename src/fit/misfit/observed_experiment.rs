@@ -10,7 +10,7 @@
 //! through camera and observation.
 //!
 //! Errors are points that are not on the rod, values that the scene does not allow, and a failed simulation. So is an
-//! offset of the camera's clock that extends the motion beyond [`MAX_DURATION_RATIO`].
+//! offset of the camera's clock, or a delay of a sensor, that extends the motion beyond [`MAX_DURATION_RATIO`].
 //!
 //! `run` makes the simulations, `residuals_and_jacobian` and `for_each_residual` (over any scalar) compute from them.
 //! `problem_and_steps` is the problem at a point with the number of steps. `rest_work` is the work of static solutions,
@@ -162,8 +162,8 @@ impl ObservedExperiment {
 
     /// The problem with the parameters at `point`, and the number of time steps up to the last sample; zero without a
     /// measured motion. The mesh layout and the step size stay. The motion lasts longer than the scene, by whole steps,
-    /// where the offset or the row delay of the camera requires it. An error beyond [`MAX_DURATION_RATIO`] times the
-    /// duration of scene or recording.
+    /// where the offset or the row delay of the camera, or the delay of a sensor, requires it. An error beyond
+    /// [`MAX_DURATION_RATIO`] times the duration of scene or recording.
     pub(super) fn problem_and_steps(
         &self,
         ParameterPoint { unknowns, x }: ParameterPoint,
@@ -188,11 +188,11 @@ impl ObservedExperiment {
             last.time - sensor.map_or(0.0, |sensor| sensor.delay)
         };
         let end = last_delayed.iter().map(of_sensor).fold(end.max(*last_read), f64::max);
-        let longest = MAX_DURATION_RATIO * time.end.max(self.required.last_recorded);
+        let last_delayed = last_delayed.iter().map(|last| last.time).fold(*last_recorded, f64::max);
+        let longest = MAX_DURATION_RATIO * time.end.max(last_delayed);
         if end > longest {
-            let words = "the time offset of the camera, the delay of its rows, or that of a sensor, is longer than the \
-                         motion";
-            return Err(Error::Fit(format!("{words} ({end:.3e} s of at most {longest:.3e} s)")));
+            let words = "camera.time_offset, camera.row_delay or the delay of a sensor requires a longer motion than allowed";
+            return Err(Error::Fit(format!("{words} ({end:.3e} s, at most {longest:.3e} s)")));
         }
         let steps = ((end / time.step_size() - 1e-9).ceil().max(1.0)) as usize;
         if end > time.end * (1.0 + 1e-9) {

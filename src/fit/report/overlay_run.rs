@@ -1,12 +1,12 @@
 //! Places of the rod and of the markers in the pictures of the recordings, at a point of the unknowns.
 //!
 //! Input: experiments whose measurements have pictures (key `image`), fitted or validation data. Of each recording
-//! [`SHOWN_FRAMES`] pictures are evenly spaced over the data, and one has the largest distance between recorded and
-//! simulated markers. An experiment is simulated twice: the first run has the markers of all pictures, the second one
-//! stores the whole rod around the times of the chosen ones. A rolling shutter reads each node at a time of its own.
-//! All positions are those that the camera records, lens distortion included. Output: [`ImageOverlay`] with the bytes
-//! of the pictures, up to [`MOST_BYTES`] in total; further pictures have none. Errors are those of the simulations and
-//! of files that cannot be read any more.
+//! [`SHOWN_FRAMES`] pictures are evenly spaced over those that are there, and one has the largest distance between
+//! recorded and simulated markers. An experiment is simulated twice: the first run has the markers of all pictures, the
+//! second one stores the whole rod around the times of the chosen ones. A rolling shutter reads each node at a time of
+//! its own. All positions are those that the camera records, lens distortion included. Output: [`ImageOverlay`] with
+//! the bytes of the pictures, up to [`MOST_BYTES`] in total; further ones and those that cannot be read have none.
+//! Errors are those of the simulations.
 
 use crate::dynamics::Trajectory;
 use crate::error::Error;
@@ -46,7 +46,7 @@ pub(crate) fn image_overlays(
             all.extend(overlays_of(search, &own, x)?);
         }
     }
-    add_files(&mut all)?;
+    add_files(&mut all);
     Ok(all)
 }
 
@@ -117,6 +117,7 @@ fn overlays_of(
             }
         }
     }
+    let end = run.moving.as_ref().and_then(|own| own.times().last().copied()).unwrap_or(0.0);
     let resting = resting_nodes(&run, lines.iter().sum())?;
     for (images, overlay) in &mut overlays {
         let mut first = 0;
@@ -124,7 +125,7 @@ fn overlays_of(
             let nodes = first..first + count;
             first += count;
             let recorded = |i: usize| match overlay.time {
-                Some(clock) => recorded_node(&history, &view, i, clock),
+                Some(clock) => recorded_node(&history, &view, i, [clock, end]),
                 None => resting.get(i).map(|x| view.pictured(*x)),
             };
             let places = nodes.filter_map(|i| images.placement.place(recorded(i)?.map(Some)));
@@ -197,8 +198,10 @@ fn markers_in(
     };
     if let (Some(own), Some(clock), Some(moving)) = (measurement.motion(), frame.time, &run.moving)
     {
-        let k = own.samples.partition_point(|s| s.time < clock - SAME_TIME);
-        if let Some(sample) = own.samples.get(k).filter(|s| s.time <= clock + SAME_TIME) {
+        // As they were read: a fit leaves out coordinates that are constant.
+        let positions = &measurement.header.imaged;
+        let k = positions.partition_point(|s| s.time < clock - SAME_TIME);
+        if let Some(sample) = positions.get(k).filter(|s| s.time <= clock + SAME_TIME) {
             let end = moving.times().last().copied().unwrap_or(0.0);
             let time = view.sample_time(sample.time, &sample.position).min(end);
             let stencil = own.stencil(&mesh, structure.as_ref())?;
@@ -231,7 +234,8 @@ fn time_interval(images: &ImageSeries, view: &View<f64>, clock: f64) -> [f64; 2]
     let [width, height] = images.size.map(f64::from);
     let corners = [[0.0, 0.0], [width, 0.0], [0.0, height], [width, height]];
     let times = corners.map(|corner| view.sample_time(clock, &images.placement.recorded(corner)));
-    times.iter().fold([f64::INFINITY, -f64::INFINITY], |[a, b], t| [a.min(*t), b.max(*t)])
+    // The row of a node follows from that of the clamp, which may be outside of the picture.
+    times.iter().fold([view.time(clock); 2], |[a, b], t| [a.min(*t), b.max(*t)])
 }
 
 /// Number of nodes of each rod, in their order.
@@ -258,18 +262,19 @@ fn resting_nodes(run: &ExperimentRun, count: usize) -> Result<Vec<[f64; 3]>, Err
     }
 }
 
-/// The position of a node, m, as the camera records it in the frame with the time `clock`; `None` if it was not stored.
+/// The position of a node, m, as the camera records it in the frame with the time `clock`, at the latest at the `end`
+/// of the motion, s; `None` if it was not stored.
 fn recorded_node(
     history: &NodeHistory,
     view: &View<f64>,
     node: usize,
-    clock: f64,
+    [clock, end]: [f64; 2],
 ) -> Option<[f64; 3]> {
-    let mut time = view.time(clock);
+    let mut time = view.time(clock).min(end);
     let mut pictured = view.pictured(history.position(node, time)?);
     // The row in which the node is read, and with it the time, follows from the position.
     for _ in 0..ROW_ITERATIONS {
-        let in_row = view.sample_time(clock, &pictured.map(Some));
+        let in_row = view.sample_time(clock, &pictured.map(Some)).min(end);
         if in_row == time {
             break;
         }
@@ -280,19 +285,19 @@ fn recorded_node(
 }
 
 /// Reads the files of the overlays: first those with the largest distance, and then the others in their order, as long
-/// as all files together have at most [`MOST_BYTES`]. Error: a file that is no such picture any more.
-fn add_files(overlays: &mut [ImageOverlay]) -> Result<(), Error> {
+/// as all files together have at most [`MOST_BYTES`]. Files that are no such pictures are left out.
+fn add_files(overlays: &mut [ImageOverlay]) {
     let mut order: Vec<usize> = (0..overlays.len()).collect();
     order.sort_by_key(|k| !overlays[*k].is_worst);
     let mut total = 0;
     for k in order {
         let own = &mut overlays[k];
-        let image = read_image(Path::new(&own.file), "image")?;
+        // Only the pictures that are evenly spaced were examined before the fit.
+        let Ok(image) = read_image(Path::new(&own.file), "image") else { continue };
         let size = image.bytes.len() as u64;
         if image.size == own.size && total + size <= MOST_BYTES {
             total += size;
             own.image = Some(image);
         }
     }
-    Ok(())
 }

@@ -117,7 +117,7 @@ impl DataPrecheck {
             }
             // Unknowns of the camera and the clamp angle change the recorded start.
             let changes_start = |u: &Unknown| {
-                u.parameter.is_of_the_camera() || u.parameter == Parameter::ClampAngle
+                u.parameter.path().starts_with("camera.") || u.parameter == Parameter::ClampAngle
             };
             if unknowns.iter().any(|u| u.is_of(experiment) && changes_start(u)) {
                 continue;
