@@ -463,7 +463,7 @@ impl DataKind for PointMotion {
     /// are rejected unless the clock has an offset, given or unknown (`other_clock`). Errors have the key of the table
     /// or the label. An error without a time of the scene.
     fn check(&self, header: &Header, context: &ValidationContext) -> Result<(), Error> {
-        let ValidationContext { problem, key, label, other_clock } = context;
+        let ValidationContext { problem, key, label, other_clock, .. } = context;
         match check_place(problem, self.place.as_ref(), self.offset, key)? {
             true => {}
             false => drop(
