@@ -309,7 +309,7 @@ fn sensor_of_a_fit_file_is_identified() {
                 [[observation]]\nfile = \"cell.csv\"\nquantity = \"force\"\nof = \"start\"\n\
                 sensor = \"cell\"\nsigma = 1e-3\n";
     std::fs::write(place("fit.toml"), text).unwrap();
-    let file = FitFile::load(&place("fit.toml")).unwrap();
+    let file = FitFile::load(place("fit.toml")).unwrap();
     let report = file.fit().analyse(same_mesh()).solve().unwrap();
     for (name, truth) in
         [("youngs_modulus", 1e8), ("sensors.cell.rotation.z", TURN), ("sensors.cell.delay", DELAY)]
@@ -321,5 +321,5 @@ fn sensor_of_a_fit_file_is_identified() {
         .replace("sensor = \"cell\"\n", "")
         .replace("quantity = \"force\"\nof = \"start\"", "sensor = \"cell\"");
     std::fs::write(place("fit.toml"), text).unwrap();
-    assert_eq!(refused(FitFile::load(&place("fit.toml")))[0], "observation[0].sensor");
+    assert_eq!(refused(FitFile::load(place("fit.toml")))[0], "observation[0].sensor");
 }
