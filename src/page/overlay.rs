@@ -187,7 +187,7 @@ mod tests {
     #[test]
     fn distance_is_that_between_recorded_and_simulated_markers() {
         let html = overlays(&[overlay(0.1, 10), overlay(0.2, 10)]);
-        assert!(html.contains("5 px, 5 mm"), "{html}");
+        assert!(html.contains("5.00 px, 5.00 mm"), "{html}");
         assert!(html.contains("cx=\"100.00\" cy=\"50.00\"") && html.contains("&lt;a&gt;: f{}.png"));
         assert_eq!(html.matches(" checked>").count(), 3);
         assert!(overlays(&[]).is_empty());
