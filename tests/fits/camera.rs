@@ -193,6 +193,6 @@ fn time_offset_beyond_the_motion_is_rejected() {
     assert!(at(-0.3).is_ok());
     for offset in [-0.5, -1e9] {
         let error = at(offset).unwrap_err().to_string();
-        assert!(error.contains("time offset of the camera"), "{error}");
+        assert!(error.contains("camera.time_offset"), "{error}");
     }
 }

@@ -283,7 +283,7 @@ fn invalid_sensors_are_named() {
     let readings = vec![Reading { time: Some(0.01), value: 0.0 }; 1];
     let sensor = Sensor::new(PointChannel::curvature(Point::ArcLength(0.1), 0), readings);
     let fit = Fit::new(&scene.problem().unwrap()).observe(sensor.sigma(1.0).of_sensor("cell"));
-    let fit = fit.identify(Unknown::new("sensors.cell.rotation.y".parse().unwrap()));
+    let fit = fit.identify(Unknown::new("sensors.cell.rotation.z".parse().unwrap()));
     assert_eq!(refused(fit.solve())[0], "sensors.cell.rotation");
     scene.sensors[0].low_pass = Some(5.0);
     assert_eq!(refusal(&scene, force(0).into(), "cell", Some(5.0))[0], "observation[0].filter");

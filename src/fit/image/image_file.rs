@@ -122,7 +122,8 @@ fn tiff_orientation(tiff: &[u8]) -> Option<u32> {
     number(entry(own)?.checked_add(8)?, 2)
 }
 
-#[cfg(all(test, feature = "page"))]
+#[cfg(test)]
+#[cfg(feature = "page")]
 mod tests {
     use super::*;
 
