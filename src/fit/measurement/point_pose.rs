@@ -277,7 +277,9 @@ impl DataKind for PoseReadings {
                 "0 of an orientation: tare = \"free\" of the observation is its unknown rotation";
             ensure(rotation == [0.0; 3], key, found, allowed)
         };
-        self.model.check(&self.readings, self.low_pass, context, check_rotation)?;
+        let ValidationContext { parameters, .. } = context;
+        let readings = &self.readings;
+        self.model.check(readings, self.low_pass, problem, key, parameters, check_rotation)?;
         if self.has_free_mounting {
             let tare = format!("{key}.tare");
             let count = self.readings.len();

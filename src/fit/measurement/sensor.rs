@@ -200,7 +200,9 @@ impl DataKind for SensorReadings {
         }
         let check_rotation =
             |rotation, name: &str| self.channel.check_rotated(rotation, problem, name);
-        self.model.check(&self.readings, self.low_pass, context, check_rotation)?;
+        let ValidationContext { parameters, .. } = context;
+        let readings = &self.readings;
+        self.model.check(readings, self.low_pass, problem, key, parameters, check_rotation)?;
         if let Tare::Known(offset) = self.tare {
             ensure(offset.is_finite(), format!("{key}.tare"), offset, "a finite number")?;
         }

@@ -7,10 +7,10 @@
 //! a clock with a delay. Without a name the clock is that of the motion.
 
 use crate::error::{Error, ensure};
-use crate::fit::measurement::dataset::ValidationContext;
 use crate::fit::measurement::reading::Reading;
 use crate::fit::measurement::simulated::{DelayedReading, Requirements};
 use crate::numerics::scalar::Scalar;
+use crate::problem::Problem;
 use crate::scene::{Parameter, Scene, SensorModel};
 
 /// Change of a rotation, rad, that shows whether a quantity has it: any value that is not a whole turn.
@@ -70,10 +70,11 @@ impl SensorReference {
         &self,
         readings: &[Reading],
         low_pass: Option<f64>,
-        context: &ValidationContext,
+        problem: &Problem,
+        key: &str,
+        parameters: &[Parameter],
         check_rotation: impl Fn([f64; 3], &str) -> Result<(), Error>,
     ) -> Result<(), Error> {
-        let ValidationContext { problem, key, .. } = context;
         let Some(name) = &self.0 else { return Ok(()) };
         let Some(model) = self.model(problem.scene()) else {
             let names: Vec<_> =
@@ -88,7 +89,7 @@ impl SensorReference {
         // A component that is a parameter takes other values.
         for (c, axis) in ["x", "y", "z"].into_iter().enumerate() {
             let path = format!("sensors.{name}.rotation.{axis}");
-            if context.parameters.iter().any(|parameter| parameter.path() == path) {
+            if parameters.iter().any(|parameter| parameter.path() == path) {
                 let mut rotation = model.rotation;
                 rotation[c] += TRIAL_ROTATION;
                 check_rotation(rotation, name)?;
