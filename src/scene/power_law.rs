@@ -9,10 +9,10 @@
 //! ```
 //!
 //! It is `E (1 + g)` for fast loads and E for slow ones. [`PowerLaw::branches`] returns Maxwell branches in geometric
-//! progression of times over any scalar, [`PER_DECADE`] per decade. Near `from` and `to` they differ from the
+//! progression of times over any scalar, two per decade. Near `from` and `to` they differ from the
 //! continuous spectrum by up to 4 % of the relaxing stiffness; far from both the relaxing part is larger than that of
 //! the formula by `(n h)^2/24` with the interval `h = ln(10)/2` (0.2 % at `n = 0.2`). Rejected are exponents outside
-//! (0, 1], times that are not above zero and ascending, and ranges beyond [`LONGEST_RANGE`].
+//! (0, 1], times that are not above zero and ascending, and ranges of more than twelve decades.
 
 use crate::error::{Error, ensure};
 use crate::numerics::scalar::Scalar;
