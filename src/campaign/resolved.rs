@@ -299,6 +299,20 @@ fn canonical_json(value: &Value) -> Json {
 mod tests {
     use super::*;
 
+    /// Names of pictures are patterns, which are no files; campaigns make no pages.
+    #[test]
+    fn pictures_are_no_data_of_a_campaign() {
+        let text = "image = \"a.png\"\n[[observation]]\nfile = \"a.csv\"\nimage = { file = \"f{}.png\" }\n\
+                    [[experiment]]\n[[experiment.shape]]\nfile = \"b.csv\"\nimage = \"f.png\"\n";
+        let mut table: Table = text.parse().unwrap();
+        without_images(&mut table);
+        let mut files = Vec::new();
+        for_each_file(&mut table, "", &mut |_, path| files.push(path.clone()));
+        files.sort();
+        assert_eq!(files, ["a.csv", "b.csv"]);
+        assert!(!table["experiment"][0]["shape"][0].as_table().unwrap().contains_key("image"));
+    }
+
     /// The fit has no `[[experiment]]`; the message has the key of the change.
     #[test]
     fn missing_experiment_is_named_with_the_whole_key() {

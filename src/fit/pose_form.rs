@@ -54,14 +54,11 @@ impl SensorForm {
             }
             _ => error.below(key),
         };
-        let mut measurements = sensor.measurements(problem).map_err(below)?;
-        for measurement in &mut measurements {
-            let header = &mut measurement.header;
-            header.source = Some(path.into());
-            header.recording = Some(self.recording.clone());
-            (header.dropped, header.sigma) = (read.dropped, self.sigma);
-            (header.loss, header.held_out) = (self.loss, self.held_out);
-        }
-        Ok(measurements)
+        let measurements = sensor.measurements(problem).map_err(below)?.into_iter();
+        let with_keys = |own: Measurement| {
+            let own = own.with_source(path, &self.recording, read.dropped);
+            own.with_properties(self.sigma, self.loss, self.held_out)
+        };
+        Ok(measurements.map(with_keys).collect())
     }
 }

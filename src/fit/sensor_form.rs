@@ -159,7 +159,7 @@ impl SensorForm {
             };
             let mut sensor = Sensor::new(channel, readings).tare(tare);
             sensor.data.low_pass = self.filter.map(|filter| filter.low_pass);
-            sensor.data.model = SensorReference(self.sensor.clone());
+            sensor.data.sensor = SensorReference(self.sensor.clone());
             let sensor = sensor.with_source(&path, recording, read.dropped);
             measurements.push(sensor.with_properties(self.sigma, self.loss, self.held_out).into());
         }

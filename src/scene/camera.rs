@@ -22,27 +22,27 @@ table! {
     pub struct Camera {
         /// Reading of the recording's clock when the motion starts, s.
         #[serde(default)]
-        pub time_offset: D = Quantity::signed("s").within(-1e6, 1e6).of_the_camera(),
+        pub time_offset: D = Quantity::signed("s").within(-1e6, 1e6).of_the_recording(),
         /// Ratio of recorded lengths to real lengths.
         #[serde(default = "one::<D>")]
-        pub pixel_scale: D = Quantity::positive("").of_the_camera(),
+        pub pixel_scale: D = Quantity::positive("").of_the_recording(),
         /// Rotation of the camera about the normal of the scene's plane, rad.
         #[serde(default)]
-        pub in_plane_rotation: D = Quantity::ANGLE.of_the_camera(),
+        pub in_plane_rotation: D = Quantity::ANGLE.of_the_recording(),
         /// Recorded position of the clamp minus its position in the scene, m.
         #[serde(deserialize_with = "crate::input::arrays::numbers", default)]
-        pub clamp_position: [D; 3] = Quantity::signed("m").within(-1e6, 1e6).of_the_camera(),
+        pub clamp_position: [D; 3] = Quantity::signed("m").within(-1e6, 1e6).of_the_recording(),
         /// Radial distortion of the lens, 1/m^2: the undistorted distance from the optical center is
         /// `r (1 + distortion r^2)` for the recorded distance `r`, m.
         #[serde(default)]
-        pub distortion: D = Quantity::signed("1/m^2").of_the_camera(),
+        pub distortion: D = Quantity::signed("1/m^2").of_the_recording(),
         /// Recorded position of the optical center, m.
         #[serde(deserialize_with = "crate::input::arrays::numbers", default)]
-        pub optical_center: [D; 3] = Quantity::signed("m").within(-1e6, 1e6).of_the_camera(),
+        pub optical_center: [D; 3] = Quantity::signed("m").within(-1e6, 1e6).of_the_recording(),
         /// Delay of a rolling shutter per recorded distance from the clamp, s/m: positive along y if rows further up
         /// are read later.
         #[serde(deserialize_with = "crate::input::arrays::numbers", default)]
-        pub row_delay: [D; 3] = Quantity::signed("s/m").of_the_camera(),
+        pub row_delay: [D; 3] = Quantity::signed("s/m").of_the_recording(),
     }
 }
 

@@ -9,7 +9,7 @@
 //! to another number type, such as dual numbers.
 //!
 //! A [`Quantity`] is `positive` (identified in its logarithm) or `signed`. `vanishing` also allows zero, `within` sets
-//! limits, `searched` the values at which a search begins, and `of_the_camera` marks numbers without effect on the
+//! limits, `searched` the values at which a search begins, and `of_the_recording` marks numbers without effect on the
 //! motion. `Quantity::check` rejects a value as above, not by its limits. `is_default` returns whether a value is left
 //! out in files.
 
@@ -42,7 +42,7 @@ pub struct Quantity {
     /// Whether it is positive or zero, where zero switches the effect off.
     pub may_vanish: bool,
     /// Whether only the recording depends on it, and not the motion.
-    pub is_of_the_camera: bool,
+    pub is_of_the_recording: bool,
     /// Values at which a fit without a start value begins its search.
     pub candidates: Candidates,
 }
@@ -79,7 +79,7 @@ impl Quantity {
             limits: [f64::MIN_POSITIVE, f64::MAX],
             is_positive: true,
             may_vanish: false,
-            is_of_the_camera: false,
+            is_of_the_recording: false,
             candidates: Candidates::Here,
         }
     }
@@ -109,9 +109,10 @@ impl Quantity {
         Self { may_vanish: true, ..self }
     }
 
-    /// The same quantity marked as one of the camera: recorded positions depend on it, and the motion does not.
-    pub const fn of_the_camera(self) -> Self {
-        Self { is_of_the_camera: true, ..self }
+    /// The same quantity marked as one of the recording, by a camera or sensor: measured values depend on it, and the
+    /// motion does not.
+    pub const fn of_the_recording(self) -> Self {
+        Self { is_of_the_recording: true, ..self }
     }
 
     /// Rejects a value that is not finite or has a sign that the quantity does not allow; limits are not checked. `key`

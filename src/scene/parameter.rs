@@ -251,8 +251,14 @@ impl Parameter {
     }
 
     /// Whether only the recording depends on the parameter, and not the motion.
+    pub fn is_of_the_recording(self) -> bool {
+        self.quantity().is_of_the_recording
+    }
+
+    #[doc(hidden)]
+    #[deprecated(since = "0.2.0", note = "renamed to is_of_the_recording")]
     pub fn is_of_the_camera(self) -> bool {
-        self.quantity().is_of_the_camera
+        self.is_of_the_recording()
     }
 
     /// Whether the parameter is a number of a rod, material, body or joint of a structure: its path begins with `rods`,

@@ -204,8 +204,8 @@ impl RotationColumns {
         }
     }
 
-    /// The quaternion `[w, x, y, z]` of the rotation in a row; that of a table of quaternions as it is there, of any
-    /// length. A message for a blank field, and for an axis whose length is not 1.
+    /// The quaternion `[w, x, y, z]` of the rotation in a row; a quaternion of the table is not
+    /// normalized. A message for a blank field, and for an axis whose length is not 1.
     pub fn quaternion(&self, table: &Table, row: &TableRow) -> Result<[f64; 4], String> {
         let value = |column: usize| value(table, row, column);
         match self {

@@ -29,13 +29,13 @@ table! {
         /// Rotation vector of its frame, rad, beyond `axes` and `rotation` of the observation: in axes of the world
         /// under a support, in axes of the rod (tangent, first and second director) at a point.
         #[serde(default, deserialize_with = "crate::input::arrays::numbers")]
-        pub rotation: [D; 3] = Quantity::ANGLE.of_the_camera(),
+        pub rotation: [D; 3] = Quantity::ANGLE.of_the_recording(),
         /// Delay of its readings, s: that of the time `t` shows the rod at `t - delay`.
         #[serde(default)]
-        pub delay: D = Quantity::signed("s").within(-1e6, 1e6).of_the_camera(),
+        pub delay: D = Quantity::signed("s").within(-1e6, 1e6).of_the_recording(),
         /// Cutoff frequency of its first-order low-pass filter, Hz; none without a filter.
         #[serde(default, skip_serializing_if = "Option::is_none")]
-        pub low_pass: Option<D> = Quantity::positive("Hz").within(1e-6, 1e9).of_the_camera(),
+        pub low_pass: Option<D> = Quantity::positive("Hz").within(1e-6, 1e9).of_the_recording(),
     }
 }
 

@@ -71,7 +71,7 @@ impl Misfit {
 /// The numbers that a scene may be differentiated by.
 fn numbers(problem: &Problem) -> Vec<Parameter> {
     let all = Parameter::all(problem.scene()).into_iter();
-    all.filter(|p| !p.is_of_the_camera() && problem.check_parameter(*p).is_ok()).collect()
+    all.filter(|p| !p.is_of_the_recording() && problem.check_parameter(*p).is_ok()).collect()
 }
 
 /// The worst that a derivative is off, of the sizes of its terms.

@@ -300,7 +300,7 @@ fn derivatives_of_random_scenes_by_every_number_equal_differences() {
             scene.initial.state
         );
         for parameter in Parameter::all(&scene) {
-            if parameter.is_of_the_camera() {
+            if parameter.is_of_the_recording() {
                 continue;
             }
             if let Err(refused) = problem.check_parameter(parameter) {

@@ -322,6 +322,23 @@ fn photograph_of_a_droop_has_its_points_and_the_rod() {
     }
 }
 
+/// A fit leaves out a coordinate that is constant in whole pixels; the picture has the marker nevertheless.
+#[test]
+fn marker_with_a_constant_coordinate_is_drawn() {
+    let folder = TempDir::new().unwrap();
+    let places = write(folder.path(), &PLAIN, FIRST + 4, 1);
+    let mut table = "frame,xmid[px],ymid[px],xtip[px],ytip[px]\n".to_string();
+    for (k, [mid, tip]) in places.iter().enumerate() {
+        table += &format!("{},412,{},{},{}\n", FIRST + k + 4, mid[1], tip[0], tip[1]);
+    }
+    std::fs::write(folder.path().join("table.csv"), table).unwrap();
+    let report = solved(folder.path(), &fit_text("image = \"f{:03}.png\""));
+    for own in overlays(&report) {
+        assert_eq!(own.markers.len(), 2);
+        assert!((own.markers[0].recorded[0] - 412.0).abs() < 1e-9, "{own:?}");
+    }
+}
+
 /// Pictures that cannot be shown are rejected before the fit, with the key, what was found and what is allowed.
 #[test]
 fn pictures_that_cannot_be_shown_are_rejected_with_the_key() {
@@ -362,6 +379,21 @@ fn pictures_that_cannot_be_shown_are_rejected_with_the_key() {
     std::fs::write(path("table.csv"), table).unwrap();
     let text = fit_text("image = \"f{:03}.png\"").replace("scale = 0.001\ny = \"down\"\n", "");
     refused(&text, &["observation[0].image", "not in pixels", "scale = meters per pixel"]);
+    // Positions across the picture, and positions in space.
+    std::fs::write(path("across.csv"), "t,x,z\n0,0.1,0\n0.1,0.1,0.01\n").unwrap();
+    std::fs::write(path("space.csv"), "s,x,y,z\n0.2,0.2,0,0\n0.4,0.4,0,0\n").unwrap();
+    let across = "{ file = \"f{:03}.png\", first = 46, scale = 1e-3, origin = [100, 200] }";
+    let space = "{ file = \"photo.png\", scale = 1e-3, origin = [100, 200] }";
+    for (table, file, image, words) in [
+        ("observation", "across.csv", across, "no position with x and y"),
+        ("shape", "space.csv", space, "positions with three coordinates"),
+    ] {
+        let text = format!(
+            "scene = \"scene.toml\"\n[[{table}]]\nfile = \"{file}\"\nsigma = 1e-3\nimage = {image}\n[[parameter]]\n\
+             name = \"youngs_modulus\"\n"
+        );
+        refused(&text, &[&format!("{table}[0].image"), words]);
+    }
     for (keys, words) in [
         ("duration = 0.5\nfps = 10", "pictures of a planned observation"),
         ("quantity = \"acceleration\"\nfile = \"a.csv\"", "a key of a position with quantity"),

@@ -178,6 +178,14 @@ mod tests {
         }
     }
 
+    /// JPEG allows any number of fill bytes 0xff before a marker.
+    #[test]
+    fn orientation_is_found_behind_fill_bytes() {
+        let mut filled = jpeg(Some((6, b"II")));
+        filled.splice(2..2, [0xff, 0xff]);
+        assert_eq!(exif_orientation(&filled), Some(6));
+    }
+
     #[test]
     fn truncated_and_changed_headers_are_errors_or_sizes() {
         for whole in [png(64, 48), jpeg(Some((6, b"II"))), jpeg(Some((3, b"MM")))] {

@@ -12,7 +12,7 @@
 //! relevant changes, for tolerances. `free_share` is the number of values less that of fitted nuisance parameters, over
 //! the number of values. A [`Coordinate`] lists the values of one axis, or scalars, with their abscissas.
 
-use crate::error::Error;
+use crate::error::{Error, ensure};
 use crate::fit::image::{ImageSeries, ImagedPosition};
 use crate::fit::measurement::loss::Loss;
 use crate::fit::measurement::quantity::GaugeScalar;
@@ -133,6 +133,24 @@ pub struct Header {
 }
 
 impl Header {
+    /// Rejects a nuisance that minimizes the squares of the residuals of `count` readings, if these are fewer than two,
+    /// or have a robust loss or unequal standard deviations. `key` is that of the table, `other` what is allowed
+    /// instead, for the error.
+    pub(crate) fn check_free_nuisance(
+        &self,
+        count: usize,
+        key: &str,
+        other: &str,
+    ) -> Result<(), Error> {
+        let key = format!("{key}.tare");
+        let found = format!("\"free\" of {count} reading");
+        ensure(count > 1, &key, found, format!("{other}, or at least two readings"))?;
+        let is_linear = self.loss == Loss::Squares && self.sigma_factors.is_empty();
+        let found = "\"free\" with a robust loss or several sigmas";
+        let allowed = format!("{other}, or loss = \"squares\" with one sigma");
+        ensure(is_linear, key, found, allowed)
+    }
+
     /// A header of values in meters, with unknown noise and squared loss.
     pub(crate) fn in_meters() -> Self {
         Self { unit: "m".into(), ..Self::default() }

@@ -30,7 +30,7 @@ use crate::fit::measurement::loss::Loss;
 use crate::fit::measurement::low_pass::low_pass_filter;
 use crate::fit::measurement::quantity::GaugeScalar;
 use crate::fit::measurement::reading::{Reading, spread_or_size};
-use crate::fit::measurement::sensor_reference::SensorReference;
+use crate::fit::measurement::sensor_reference::{FilteredReadings, SensorReference};
 use crate::fit::measurement::simulated::{Requirements, SimulatedOutput};
 use crate::fit::structure::structure_problem::refuse_structure;
 use crate::numerics::mean_rotation::mean_rotation;
@@ -40,7 +40,6 @@ use crate::numerics::vector::{Vector, combine, dot, scale};
 use crate::problem::Problem;
 use crate::scene::Point;
 use crate::scene::marker::MarkerStencil;
-use crate::scene::validate::positive;
 use std::f64::consts::TAU;
 
 /// Names of the components: rotation about tangent, first and second director.
@@ -73,7 +72,7 @@ pub struct PoseReadings {
     /// Cutoff frequency of the first-order low-pass filter of the sensor, Hz; none without a filter.
     pub(super) low_pass: Option<f64>,
     /// The sensor in `[[sensors]]` of the scene, with its clock and filter.
-    pub(super) model: SensorReference,
+    pub(super) sensor: SensorReference,
     /// Size of the rotation vectors of all components, rad.
     size: f64,
 }
@@ -115,7 +114,7 @@ impl PoseReadings {
                 readings,
                 has_free_mounting: false,
                 low_pass: None,
-                model: SensorReference::default(),
+                sensor: SensorReference::default(),
                 size,
             };
             Dataset { header: Header { unit: "rad".into(), ..Header::default() }, data }
@@ -159,7 +158,7 @@ impl PoseReadings {
         let moving = simulated.moving.as_ref().filter(|_| moves);
         let moving = moving.map(|record| -> Result<_, Error> {
             let mut entries = self.entries(record, simulated)?;
-            if let Some(frequency) = self.model.low_pass(simulated.scene, self.low_pass) {
+            if let Some(frequency) = self.sensor.low_pass(simulated.scene, self.low_pass) {
                 let filter = |list: &mut Vec<D>| low_pass_filter(list, record.times(), frequency);
                 entries.iter_mut().for_each(filter);
             }
@@ -173,7 +172,7 @@ impl PoseReadings {
             let mut entries = [D::from(0.0); 6];
             match (time, &moving, &resting) {
                 (Some(time), Some((record, lists)), _) => {
-                    let time = self.model.time_of_motion(*time, simulated.scene);
+                    let time = self.sensor.time_of_motion(*time, simulated.scene);
                     for (entry, list) in entries.iter_mut().zip(lists) {
                         *entry = record.linear(list, time)?;
                     }
@@ -232,7 +231,7 @@ impl DataKind for PoseReadings {
 
     /// The sensor of the scene. Never `None`.
     fn sensor_reference(&self) -> Option<&SensorReference> {
-        Some(&self.model)
+        Some(&self.sensor)
     }
 
     /// The list of the readings, for changes of their values. Never `None`.
@@ -261,33 +260,20 @@ impl DataKind for PoseReadings {
     /// that do not increase within the simulation. Also rejects a free mounting of fewer than two readings, with
     /// another loss than squares or with unequal standard deviations.
     fn check(&self, header: &Header, context: &ValidationContext) -> Result<(), Error> {
-        let ValidationContext { problem, key, label, .. } = context;
+        let ValidationContext { problem, key, label, parameters, .. } = context;
         refuse_structure(problem, label, "an orientation of a point")?;
         let outside = |error| Error::invalid(format!("{key}.point"), error, "a point of the rod");
         problem.stencil(self.point).map_err(outside)?;
-        let moves = self.readings.iter().all(|r| r.time.is_some());
-        if let Some(frequency) = self.low_pass {
-            positive(&format!("{key}.filter.low_pass"), frequency)?;
-            let found = "a filter of readings at rest";
-            ensure(moves, format!("{key}.filter"), found, "a filter of readings over time only")?;
-        }
         let check_rotation = |rotation: [f64; 3], name: &str| {
             let (key, found) = (format!("sensors.{name}.rotation"), format!("{rotation:?}"));
             let allowed =
                 "0 of an orientation: tare = \"free\" of the observation is its unknown rotation";
             ensure(rotation == [0.0; 3], key, found, allowed)
         };
-        let ValidationContext { parameters, .. } = context;
-        let readings = &self.readings;
-        self.model.check(readings, self.low_pass, problem, key, parameters, check_rotation)?;
+        let filtered = FilteredReadings { readings: &self.readings, low_pass: self.low_pass };
+        self.sensor.check(filtered, problem, key, parameters, check_rotation)?;
         if self.has_free_mounting {
-            let tare = format!("{key}.tare");
-            let count = self.readings.len();
-            let found = format!("\"free\" of {count} reading");
-            ensure(count > 1, &tare, found, "at least two readings, or axes and rotation")?;
-            let found = "\"free\" with a robust loss or several sigmas";
-            let is_linear = header.loss == Loss::Squares && header.sigma_factors.is_empty();
-            ensure(is_linear, &tare, found, "loss = \"squares\" with one sigma")?;
+            header.check_free_nuisance(self.readings.len(), key, "axes and rotation")?;
         }
         check_readings(&self.readings, context)
     }
@@ -296,7 +282,7 @@ impl DataKind for PoseReadings {
     /// reading has a time, and at rest if any has none.
     fn require(&self, outputs: &mut Requirements) {
         let last = self.readings.iter().filter_map(|r| r.time).reduce(f64::max);
-        self.model.require(last, outputs);
+        self.sensor.require(last, outputs);
         if last.is_some() {
             outputs.moving.push(self.point);
             outputs.beside.push(self.point);

@@ -142,7 +142,7 @@ impl PoseSensor {
         for own in &mut readings {
             own.data.has_free_mounting = self.mounting == Mounting::Free;
             own.data.low_pass = self.low_pass;
-            own.data.model = SensorReference(self.sensor.clone());
+            own.data.sensor = SensorReference(self.sensor.clone());
         }
         Ok(readings.into_iter().map(Measurement::from).collect())
     }
@@ -195,7 +195,7 @@ impl PoseSensor {
         let channel = PointChannel { point: self.point, quantity };
         let mut sensor = Sensor::new(channel, readings).tare(tare);
         sensor.data.low_pass = self.low_pass;
-        sensor.data.model = SensorReference(self.sensor.clone());
+        sensor.data.sensor = SensorReference(self.sensor.clone());
         Ok(sensor)
     }
 }

@@ -16,17 +16,15 @@ use crate::dynamics::record::RecordView;
 use crate::error::{Error, ensure};
 use crate::fit::measurement::dataset::{DataKind, Dataset, Header, ValidationContext};
 use crate::fit::measurement::gauge::check_readings;
-use crate::fit::measurement::loss::Loss;
 use crate::fit::measurement::low_pass::low_pass_filter;
 use crate::fit::measurement::quantity::GaugeScalar;
 use crate::fit::measurement::reading::Reading;
 use crate::fit::measurement::sensor_channel::SensorChannel;
-use crate::fit::measurement::sensor_reference::SensorReference;
+use crate::fit::measurement::sensor_reference::{FilteredReadings, SensorReference};
 use crate::fit::measurement::simulated::{Requirements, SimulatedOutput};
 use crate::fit::structure::structure_problem::refuse_structure;
 use crate::numerics::scalar::Scalar;
 use crate::numerics::upper_median;
-use crate::scene::validate::positive;
 use std::f64::consts::TAU;
 
 /// Offset of a sensor: its reading without a load.
@@ -50,7 +48,7 @@ pub struct SensorReadings {
     /// Cutoff frequency of the first-order low-pass filter of the sensor, Hz; none without a filter.
     pub low_pass: Option<f64>,
     /// The sensor in `[[sensors]]` of the scene, with its frame, clock and filter.
-    pub model: SensorReference,
+    pub(crate) sensor: SensorReference,
 }
 
 /// Readings of a sensor with their header.
@@ -77,7 +75,7 @@ impl Sensor {
             readings,
             tare,
             low_pass: None,
-            model: SensorReference::default(),
+            sensor: SensorReference::default(),
         };
         Self { header, data }
     }
@@ -97,7 +95,7 @@ impl Sensor {
     /// The readings of a sensor of the scene, by its name in `[[sensors]]`: rotation, delay and filter are those of
     /// this table, and can be identified.
     pub fn of_sensor(mut self, name: &str) -> Self {
-        self.data.model = SensorReference(Some(name.into()));
+        self.data.sensor = SensorReference(Some(name.into()));
         self
     }
 }
@@ -109,7 +107,7 @@ impl SensorReadings {
         record: &RecordView<'_, D>,
         simulated: &SimulatedOutput<D>,
     ) -> Result<Vec<D>, Error> {
-        match self.model.model(simulated.scene) {
+        match self.sensor.model(simulated.scene) {
             Some(model) => self.channel.rotated_values(model.rotation, record, simulated),
             None => self.channel.values(record, simulated),
         }
@@ -128,7 +126,7 @@ impl SensorReadings {
         if self.channel.is_angle() {
             join_turns(&mut values);
         }
-        if let Some(frequency) = self.model.low_pass(simulated.scene, self.low_pass) {
+        if let Some(frequency) = self.sensor.low_pass(simulated.scene, self.low_pass) {
             low_pass_filter(&mut values, record.times(), frequency);
         }
         Ok(values)
@@ -170,7 +168,7 @@ impl DataKind for SensorReadings {
 
     /// The sensor of the scene. Never `None`.
     fn sensor_reference(&self) -> Option<&SensorReference> {
-        Some(&self.model)
+        Some(&self.sensor)
     }
 
     /// The list of the readings, for changes. Never `None`.
@@ -188,32 +186,19 @@ impl DataKind for SensorReadings {
     /// are not finite. Also rejects a free tare of fewer than two readings, with another loss than squares or with
     /// unequal standard deviations.
     fn check(&self, header: &Header, context: &ValidationContext) -> Result<(), Error> {
-        let ValidationContext { problem, key, label, .. } = context;
+        let ValidationContext { problem, key, label, parameters, .. } = context;
         refuse_structure(problem, label, "a sensor")?;
         let is_at_rest = self.readings.iter().any(|r| r.time.is_none());
         self.channel.check(problem, key, is_at_rest)?;
-        if let Some(frequency) = self.low_pass {
-            positive(&format!("{key}.filter.low_pass"), frequency)?;
-            let moves = self.readings.iter().all(|r| r.time.is_some());
-            let found = "a filter of readings at rest";
-            ensure(moves, format!("{key}.filter"), found, "a filter of readings over time only")?;
-        }
         let check_rotation =
             |rotation, name: &str| self.channel.check_rotated(rotation, problem, name);
-        let ValidationContext { parameters, .. } = context;
-        let readings = &self.readings;
-        self.model.check(readings, self.low_pass, problem, key, parameters, check_rotation)?;
+        let filtered = FilteredReadings { readings: &self.readings, low_pass: self.low_pass };
+        self.sensor.check(filtered, problem, key, parameters, check_rotation)?;
         if let Tare::Known(offset) = self.tare {
             ensure(offset.is_finite(), format!("{key}.tare"), offset, "a finite number")?;
         }
         if self.tare == Tare::Free {
-            let tare = format!("{key}.tare");
-            let count = self.readings.len();
-            let found = format!("\"free\" of {count} reading");
-            ensure(count > 1, &tare, found, "a number, or at least two readings")?;
-            let allowed = "a number, or loss = \"squares\" with one sigma";
-            let is_linear = header.loss == Loss::Squares && header.sigma_factors.is_empty();
-            ensure(is_linear, &tare, "\"free\" with a robust loss or several sigmas", allowed)?;
+            header.check_free_nuisance(self.readings.len(), key, "a number")?;
         }
         check_readings(&self.readings, context)
     }
@@ -223,7 +208,7 @@ impl DataKind for SensorReadings {
     fn require(&self, outputs: &mut Requirements) {
         let last = self.readings.iter().filter_map(|r| r.time).reduce(f64::max);
         let rests = self.readings.iter().any(|r| r.time.is_none());
-        self.model.require(last, outputs);
+        self.sensor.require(last, outputs);
         self.channel.require(last.is_some(), rests, outputs);
     }
 
@@ -253,7 +238,7 @@ impl DataKind for SensorReadings {
         for Reading { time, value } in &self.readings {
             let found = match (time, &simulated.moving, &output) {
                 (Some(time), Some(record), Some(output)) => {
-                    record.linear(output, self.model.time_of_motion(*time, simulated.scene))?
+                    record.linear(output, self.sensor.time_of_motion(*time, simulated.scene))?
                 }
                 (None, ..) if let Some(at_rest) = at_rest => at_rest,
                 _ => continue,

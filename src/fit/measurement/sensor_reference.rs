@@ -11,10 +11,17 @@ use crate::fit::measurement::reading::Reading;
 use crate::fit::measurement::simulated::{DelayedReading, Requirements};
 use crate::numerics::scalar::Scalar;
 use crate::problem::Problem;
+use crate::scene::validate::positive;
 use crate::scene::{Parameter, Scene, SensorModel};
 
 /// Change of a rotation, rad, that shows whether a quantity has it: any value that is not a whole turn.
 const TRIAL_ROTATION: f64 = 0.1;
+
+/// Readings of an observation, with the cutoff frequency of its own filter, Hz.
+pub(crate) struct FilteredReadings<'a> {
+    pub readings: &'a [Reading],
+    pub low_pass: Option<f64>,
+}
 
 /// Name of a sensor of the scene; none for readings without one.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -63,18 +70,26 @@ impl SensorReference {
         }
     }
 
-    /// Rejects a name that no sensor of the scene has, and filters of both the sensor and the observation (`low_pass`),
-    /// or of readings at rest. `check_rotation` rejects a rotation vector of the sensor, rad, that the quantity does
-    /// not have. Errors have the key.
+    /// Rejects a filter of the observation that is not positive, a name that no sensor of the scene has, filters of
+    /// both the sensor and the observation, and a filter of readings at rest. `check_rotation` rejects a rotation
+    /// vector of the sensor, rad, that the quantity does not have. Errors have the key.
     pub(crate) fn check(
         &self,
-        readings: &[Reading],
-        low_pass: Option<f64>,
+        FilteredReadings { readings, low_pass }: FilteredReadings,
         problem: &Problem,
         key: &str,
         parameters: &[Parameter],
         check_rotation: impl Fn([f64; 3], &str) -> Result<(), Error>,
     ) -> Result<(), Error> {
+        let moves = readings.iter().all(|r| r.time.is_some());
+        let check_filter = |is_filtered: bool, key: String| {
+            let found = "a filter of readings at rest";
+            ensure(moves || !is_filtered, key, found, "a filter of readings over time only")
+        };
+        if let Some(frequency) = low_pass {
+            positive(&format!("{key}.filter.low_pass"), frequency)?;
+        }
+        check_filter(low_pass.is_some(), format!("{key}.filter"))?;
         let Some(name) = &self.0 else { return Ok(()) };
         let Some(model) = self.model(problem.scene()) else {
             let names: Vec<_> =
@@ -98,10 +113,6 @@ impl SensorReference {
         let (found, allowed) = ("a filter", "no filter, as the sensor of the scene has low_pass");
         let is_one = model.low_pass.is_none() || low_pass.is_none();
         ensure(is_one, format!("{key}.filter"), found, allowed)?;
-        let moves = readings.iter().all(|r| r.time.is_some());
-        let (found, allowed) =
-            ("a filter of readings at rest", "a filter of readings over time only");
-        let is_applied = moves || model.low_pass.is_none();
-        ensure(is_applied, format!("sensors.{name}.low_pass"), found, allowed)
+        check_filter(model.low_pass.is_some(), format!("sensors.{name}.low_pass"))
     }
 }

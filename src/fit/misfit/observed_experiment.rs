@@ -157,7 +157,7 @@ impl ObservedExperiment {
     /// of the rod.
     pub(super) fn motion_parameters(&self, unknowns: &[Unknown]) -> Vec<Parameter> {
         let own = self.unknowns.iter().map(|i| unknowns[*i].parameter);
-        own.filter(|p| !p.is_of_the_camera()).collect()
+        own.filter(|p| !p.is_of_the_recording()).collect()
     }
 
     /// The problem with the parameters at `point`, and the number of time steps up to the last sample; zero without a
