@@ -164,7 +164,8 @@ fn check(problem: &Problem, is_static: bool) -> usize {
         let value = parameter.of(problem.scene()).unwrap();
         // Dampings that are absent cannot be less.
         let is_absent = parameter.is_positive() && value == 0.0;
-        let is_other = parameter.is_of_the_camera() || problem.check_parameter(parameter).is_err();
+        let is_other =
+            parameter.is_of_the_recording() || problem.check_parameter(parameter).is_err();
         if is_absent || is_other {
             continue;
         }

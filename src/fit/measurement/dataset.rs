@@ -246,7 +246,9 @@ impl<D: DataKind> Dataset<D> {
     pub fn values(&self) -> usize {
         self.data.values()
     }
+}
 
+impl<T> Dataset<T> {
     /// The data set with the path of its file, the interpretation of the file, and the numbers of rows that were left
     /// out.
     pub(crate) fn with_source(

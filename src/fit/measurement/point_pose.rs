@@ -26,7 +26,6 @@ use crate::dynamics::record::RecordView;
 use crate::error::{Error, ensure};
 use crate::fit::measurement::dataset::{DataKind, Dataset, Header, ValidationContext};
 use crate::fit::measurement::gauge::check_readings;
-use crate::fit::measurement::loss::Loss;
 use crate::fit::measurement::low_pass::low_pass_filter;
 use crate::fit::measurement::quantity::GaugeScalar;
 use crate::fit::measurement::reading::{Reading, spread_or_size};

@@ -153,8 +153,8 @@ impl ObservedExperiment {
         self.unknowns.contains(&i)
     }
 
-    /// The parameters of the unknowns of this experiment other than those of the camera, which do not change the motion
-    /// of the rod.
+    /// The parameters of the unknowns of this experiment other than those of the camera and of sensors, which do not change
+    /// the motion of the rod.
     pub(super) fn motion_parameters(&self, unknowns: &[Unknown]) -> Vec<Parameter> {
         let own = self.unknowns.iter().map(|i| unknowns[*i].parameter);
         own.filter(|p| !p.is_of_the_recording()).collect()
