@@ -78,7 +78,7 @@ pub fn stream(planar: bool) -> Drag {
 pub fn check(problem: &Problem, smooth: bool) -> usize {
     let mut checked = 0;
     for parameter in Parameter::all(problem.scene()) {
-        if parameter.is_of_the_camera() || problem.check_parameter(parameter).is_err() {
+        if parameter.is_of_the_recording() || problem.check_parameter(parameter).is_err() {
             continue;
         }
         let (exact, dual) = (derivative(problem, parameter), in_duals(problem, parameter));
