@@ -134,6 +134,7 @@ codes! {
     LoadOnHeldNode "load-on-held-node",
     StepBeyondEnd "step-beyond-end",
     LargeStrain "large-strain",
+    BeyondTable "beyond-table",
     DeepContact "deep-contact",
     Frictionless "frictionless",
     StructureScope "structure-scope",

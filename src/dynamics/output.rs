@@ -332,13 +332,14 @@ impl SimulationReport {
         self.wall_seconds = trajectory.stepping().as_secs_f64();
         // These warnings depend on extremes of the whole run, which are known only now.
         let modulus = self.scene.material.youngs_modulus;
-        let strained = self.strains.largest().and_then(|largest| largest.warning(modulus));
+        let strained =
+            self.strains.largest().into_iter().flat_map(|largest| largest.warnings(modulus));
         let unbalanced = energy_balance::warning(&self.scene, self.energy_drift());
         let end = self.scene.time.as_ref().map_or(f64::INFINITY, |time| time.end);
         let stability = trajectory.record().stability.as_ref();
         let unstable = stability.and_then(|checks| checks.found).map(|state| state.warning(end));
         let deep = self.penetration.warning();
-        for (code, words) in strained.into_iter().chain(deep).chain(unbalanced).chain(unstable) {
+        for (code, words) in strained.chain(deep).chain(unbalanced).chain(unstable) {
             self.warnings.push(code.behind(words));
             self.warning_codes.push(code);
         }

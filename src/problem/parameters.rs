@@ -184,7 +184,8 @@ impl Problem {
         let is_rotation =
             ["supports.start_compliance.rotation", "supports.end_compliance.rotation"]
                 .contains(&parameter.path());
-        let is_nonlinear = self.scene().material.bending_law.is_some_and(|law| !law.is_linear());
+        let is_nonlinear =
+            self.scene().material.bending_law.as_ref().is_some_and(|law| !law.is_linear());
         if is_rotation && is_nonlinear {
             let found = format!("{parameter} with a bending_law");
             return Err(Error::invalid("parameter", found, "with the linear law of bending"));

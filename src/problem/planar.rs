@@ -10,7 +10,7 @@
 //! half on both edges of a node. With a roller, one of the axes lies along its direction.
 
 use crate::energy::adapter::Chart;
-use crate::energy::law::NonlinearBending;
+use crate::energy::law::{NonlinearBending, SecantStiffness};
 use crate::energy::{DeadMoment, PlanarBend, planar_bend};
 use crate::error::Error;
 use crate::numerics::scalar::{RodScalar, Scalar};
@@ -29,6 +29,7 @@ use crate::scene::mesh::Mesh;
 use crate::scene::plane::KeyedVector;
 use crate::scene::{End, Plane, Scene, Support};
 use nalgebra::Vector3;
+use std::sync::Arc;
 
 /// Plane of a scene, and the section that bends in it.
 #[derive(Clone, Debug)]
@@ -176,6 +177,7 @@ impl Model for PlanarModel {
         let profile = SectionProfile::new(scene, &line.places);
         let clamps = SoftClamps::new(scene, line.length.len());
         let joints = line.tributary.joint.iter().zip(curvature).enumerate();
+        let secant = scene.material.bending_law.as_ref().map(SecantStiffness::new).map(Arc::new);
         let mut bending = Vec::new();
         let bend = joints.map(|(i, (l, k))| {
             let natural = scene.rod.natural_curvature.at_joint(i + 1, &line.places) * *k;
@@ -186,8 +188,8 @@ impl Model for PlanarModel {
             if self.correction.arcs {
                 stiffness /= (natural * natural * 0.25 + 1.0).powi(2);
             }
-            if let Some(law) = &scene.material.bending_law {
-                bending.push(NonlinearBending::new(law, &[stiffness], [natural], *l));
+            if let Some(secant) = &secant {
+                bending.push(NonlinearBending::new(secant, &[stiffness], [natural], *l));
             }
             PlanarBend { stiffness, natural_curvature: natural }
         });

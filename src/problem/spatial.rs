@@ -13,7 +13,7 @@
 use crate::energy::adapter::Chart;
 use crate::energy::bend_twist::{JointLaw, Stiffness};
 use crate::energy::frame::{EdgeFrame, Frames};
-use crate::energy::law::NonlinearBending;
+use crate::energy::law::{NonlinearBending, SecantStiffness};
 use crate::numerics::scalar::{RodScalar, Scalar};
 use crate::numerics::vector::{Vector, components, sub, unit};
 use crate::problem::curved_joints::{PLAIN, joint_slants, natural_slant, resistances};
@@ -26,6 +26,7 @@ use crate::rod::{FollowerLoads, Moments, RodContacts, SpatialRod, UserEnergies};
 use crate::scene::mesh::Mesh;
 use crate::scene::{End, Scene, Support};
 use nalgebra::Vector3;
+use std::sync::Arc;
 
 /// Axes of a spatial scene and correction of its elements.
 #[derive(Clone, Debug)]
@@ -125,6 +126,7 @@ impl Model for SpatialModel {
         let line = &rest.line;
         let profile = SectionProfile::new(scene, &line.places);
         let clamps = SoftClamps::new(scene, line.length.len());
+        let secant = scene.material.bending_law.as_ref().map(SecantStiffness::new).map(Arc::new);
         let mut nonlinear_bending = Vec::new();
         let joint = rest.curvature.iter().enumerate().map(|(i, k)| {
             let per_length = line.tributary.joint[i].recip();
@@ -152,9 +154,9 @@ impl Model for SpatialModel {
                 coupling: [entry(0, 2), entry(1, 2)],
             };
             let natural = [natural[0], natural[1], twist];
-            if let Some(law) = &scene.material.bending_law {
+            if let Some(secant) = &secant {
                 let length = line.tributary.joint[i];
-                nonlinear_bending.push(NonlinearBending::new(law, &stiffness, natural, length));
+                nonlinear_bending.push(NonlinearBending::new(secant, &stiffness, natural, length));
             }
             JointLaw { stiffness, natural }
         });

@@ -7,7 +7,8 @@
 //! rod. From the positions of nodes (m) it returns the largest strain (dimensionless), its
 //! kind, arc length (m) and time (s). [`StrainRecord`] holds the maximum over a motion; its `add` takes one state. Both
 //! return `None` for scenes with recorded markers (`supports.path`), whose distances have tracking errors.
-//! [`LargestStrain::warning`] returns the warning of a strain above [`LARGEST_STRAIN`]. `second_moments_of_bending`
+//! [`LargestStrain::warnings`] returns the warning of a strain above [`LARGEST_STRAIN`], and that of a curvature beyond
+//! a table of the bending moment. `second_moments_of_bending`
 //! returns the second moments of area (m^4) of the directions in which the model bends.
 
 use crate::code::Code;
@@ -16,7 +17,7 @@ use crate::numerics::vector::{cross, dot, sub};
 use crate::problem::model_with_setup::AnyModel;
 use crate::problem::{AnyProblem, Problem, with_model};
 use crate::rod::{Actuator, ActuatorEffect, Actuators, EdgeShift, JointShift};
-use crate::scene::{Section, StretchLaw};
+use crate::scene::{BendingLaw, Section, StretchLaw};
 use std::borrow::Cow;
 
 /// Largest strain without a warning, beyond which materials are not linear: the tangent modulus of rubber (neo-Hookean)
@@ -34,13 +35,43 @@ pub(crate) struct LargestStrain {
     pub place: f64,
     /// Time, s; none for an equilibrium.
     pub time: Option<f64>,
+    /// The largest change of curvature, with a table of the bending moment.
+    pub curvature: Option<LargestCurvature>,
+}
+
+/// Largest change of curvature of a rod whose bending moment is given by a table.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct LargestCurvature {
+    /// Absolute value of the change from the natural curvature, 1/m.
+    pub change: f64,
+    /// Arc length from the wall, m.
+    pub place: f64,
+    /// The last curvature of the table, 1/m.
+    pub table_end: f64,
 }
 
 impl LargestStrain {
-    /// Warning, with its code, of a strain above [`LARGEST_STRAIN`]: value in per cent, kind, place, time and the
-    /// modulus, Pa. None for a smaller strain or NaN.
-    pub fn warning(&self, youngs_modulus: f64) -> Option<(Code, String)> {
-        let Self { strain, by_bending, place, time } = *self;
+    /// Warnings, with their codes, of a strain above [`LARGEST_STRAIN`] and of a curvature beyond the table of the
+    /// bending moment: value, kind, place, time and the modulus, Pa. Empty for smaller ones or NaN.
+    pub fn warnings(&self, youngs_modulus: f64) -> Vec<(Code, String)> {
+        let beyond = self.curvature.and_then(|curvature| curvature.warning());
+        self.strain_warning(youngs_modulus).into_iter().chain(beyond).collect()
+    }
+
+    /// Replaces the largest strain by that of another state if it is larger, and the largest change of curvature in the
+    /// same way.
+    pub fn include(&mut self, now: Self) {
+        let larger = |a: &LargestCurvature, b: &LargestCurvature| a.change.total_cmp(&b.change);
+        let curvature = self.curvature.into_iter().chain(now.curvature).max_by(larger);
+        if now.strain > self.strain {
+            *self = now;
+        }
+        self.curvature = curvature;
+    }
+
+    /// The warning of a strain above [`LARGEST_STRAIN`].
+    fn strain_warning(&self, youngs_modulus: f64) -> Option<(Code, String)> {
+        let Self { strain, by_bending, place, time, .. } = *self;
         let kind = if by_bending { "by bending, on the surface" } else { "along the rod" };
         let moment = time.map_or(String::new(), |time| format!(", t = {time:.3e} s"));
         let message = format!(
@@ -49,6 +80,18 @@ impl LargestStrain {
             100.0 * strain
         );
         (!strain.is_nan() && strain > LARGEST_STRAIN).then_some((Code::LargeStrain, message))
+    }
+}
+
+impl LargestCurvature {
+    /// The warning of a curvature beyond the last one of the table.
+    fn warning(&self) -> Option<(Code, String)> {
+        let Self { change, place, table_end } = *self;
+        let message = format!(
+            "curvatures differ from the natural one by up to {change:.3e} 1/m ({place:.3e} m from the wall), beyond the \
+             last one of material.bending_law, {table_end:.3e} 1/m. Its last factor is used there"
+        );
+        (change > table_end).then_some((Code::BeyondTable, message))
     }
 }
 
@@ -80,6 +123,8 @@ pub(crate) struct StrainGauge {
     normal: Option<[f64; 3]>,
     /// Whether the law of the stretch is linear: others hold for large stretches, which are not compared.
     is_linear: bool,
+    /// The last curvature of a table of the bending moment, 1/m.
+    table_end: Option<f64>,
 }
 
 impl StrainGauge {
@@ -122,7 +167,11 @@ impl StrainGauge {
         let slopes = lengths.windows(2).enumerate().map(slope).collect();
         let places = problem.arc_lengths().to_vec();
         let is_linear = problem.scene().material.stretch_law == StretchLaw::Linear;
-        Some(Self { natural, actuators, slopes, places, normal, is_linear, lengths })
+        let table_end = match &problem.scene().material.bending_law {
+            Some(BendingLaw::Table { curvature, .. }) => curvature.last().copied(),
+            _ => None,
+        };
+        Some(Self { natural, actuators, slopes, places, normal, is_linear, table_end, lengths })
     }
 
     /// The natural strains at a time, s; without a time, those at `loads.at_time`.
@@ -160,9 +209,12 @@ impl StrainGauge {
         let mut largest = LargestStrain { time, ..LargestStrain::default() };
         let mut compare = |strain: f64, by_bending: bool, i: usize| {
             if strain > largest.strain {
-                largest = LargestStrain { strain, by_bending, place: self.places[i], time };
+                largest =
+                    LargestStrain { strain, by_bending, place: self.places[i], time, ..largest };
             }
         };
+        let mut curvature =
+            self.table_end.map(|table_end| LargestCurvature { change: 0.0, place: 0.0, table_end });
         // One pass over the edges: stretch of each, and bending of the joint before it.
         let mut before: Option<[f64; 3]> = None;
         let mut last = position(0);
@@ -177,10 +229,16 @@ impl StrainGauge {
                 let joint = i - 1;
                 let change = self.curvature_change(before, edge, natural.joints[joint]);
                 compare(self.slopes[joint] * change, true, i);
+                if let Some(largest) = &mut curvature {
+                    let change = change / (0.5 * (self.lengths[joint] + self.lengths[i]));
+                    if change > largest.change {
+                        (largest.change, largest.place) = (change, self.places[i]);
+                    }
+                }
             }
             (before, last) = (Some(edge), next);
         }
-        largest
+        LargestStrain { curvature, ..largest }
     }
 
     /// Absolute change of the integrated curvature `2 tan(phi/2)` from `natural`, between the edge vectors `before` and
@@ -222,10 +280,7 @@ impl StrainRecord {
     /// is larger.
     pub fn add(&mut self, position: impl Fn(usize) -> [f64; 3], time: f64) {
         let Some((gauge, largest)) = &mut self.0 else { return };
-        let now = gauge.largest(position, Some(time));
-        if now.strain > largest.strain {
-            *largest = now;
-        }
+        largest.include(gauge.largest(position, Some(time)));
     }
 
     /// Largest strain of all states so far, 0 before the first; none if recorded markers prescribe nodes.
@@ -294,7 +349,7 @@ mod tests {
             assert!(bent.by_bending && (bent.strain - 0.1).abs() < 1e-4, "{bent:?}");
             let drawn = gauge.largest(|i| [1.2 * places[i], 0.0, 0.0], Some(0.5));
             assert!(!drawn.by_bending && (drawn.strain - 0.2).abs() < 1e-9, "{drawn:?}");
-            assert!(drawn.warning(1e6).unwrap().1.contains("20 % (along the rod"));
+            assert!(drawn.warnings(1e6)[0].1.contains("20 % (along the rod"));
             assert!(gauge.largest(|i| [places[i], 0.0, 0.0], None).strain < 1e-9);
         }
     }

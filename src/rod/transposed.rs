@@ -7,7 +7,7 @@
 //! changes of one rod over dual numbers ([`Transposed::along`]), which is the derivative of the misfit along its
 //! parameter.
 
-use crate::energy::law::LawSlopes;
+use crate::energy::law::{BendingSlopes, LawSlopes};
 use crate::numerics::directions::Directions;
 use crate::rod::{ForwardSensitivity, FrameRate};
 
@@ -20,8 +20,8 @@ pub struct LawDerivatives {
     pub rest: Vec<f64>,
     /// By stiffness and natural stress of each joint.
     pub joint: Vec<LawSlopes>,
-    /// By nonlinear bending of each joint: entries of its matrix, and natural strains. Empty for linear laws.
-    pub bending: Vec<LawSlopes>,
+    /// By the numbers of nonlinear bending of each joint. Empty for linear laws.
+    pub bending: Vec<BendingSlopes>,
     /// By the loads on all unknowns.
     pub load: Vec<f64>,
     /// By a dead moment on each edge; empty where moments are not possible or not needed.

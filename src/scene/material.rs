@@ -2,7 +2,7 @@
 //! the search ranges of fits, and validation.
 //!
 //! Laws are linear by default. The stretch may be neo-Hookean or Mooney-Rivlin, the latter with its ratio in [0, 1];
-//! the bending moment may be a cubic of the curvature with a coefficient, m^2. Spatial scenes need Poisson's ratio, in
+//! the bending moment may be a cubic of the curvature with a coefficient, m^2, or a table over the curvature. Spatial scenes need Poisson's ratio, in
 //! (-1, 0.5], or the shear modulus; both together are rejected. The two nonlinear stretches are those of an
 //! incompressible material: Poisson's ratios below 0.495 are rejected beside them. A Mooney-Rivlin ratio without its
 //! law is rejected, and so are numbers that are not finite or have a sign that is not allowed.
@@ -15,6 +15,9 @@ use serde::{Deserialize, Serialize};
 /// Quantity of Poisson's ratio of an isotropic material, in (-1, 0.5]; a search begins at 0.3.
 const POISSON_RATIO: Quantity =
     Quantity::signed("").within(-1.0 + 1e-9, 0.5).searched(Candidates::Values(&[0.3]));
+
+/// Largest number of curvatures of a table of [`BendingLaw`].
+pub(crate) const MAX_BENDING_POINTS: usize = 16;
 
 /// The law of the stretch: the axial force as a function of the strain.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -41,12 +44,18 @@ impl StretchLaw {
 
 table! {
     /// `material.bending_law`: the bending moment as a function of the curvature.
-    #[derive(Copy)]
     pub enum BendingLaw {
         /// The moment EI kappa (1 + b kappa^2) at the difference kappa of the curvature from the natural one, 1/m.
         Cubic {
             /// The coefficient b, m^2: above zero the rod stiffens, below zero it softens.
             coefficient: D = Quantity::signed("m^2"),
+        },
+        /// Ratios of the moment to EI kappa at curvatures; kappa is the difference from the natural curvature.
+        Table {
+            /// Curvatures, 1/m, ascending from above zero; 1 to 16.
+            curvature: Vec<f64>,
+            /// The moment over EI kappa at each curvature; 1 at no curvature, constant beyond the last one.
+            factor: Vec<D> = Quantity::positive("").within(1e-6, 1e6),
         },
     }
 }
@@ -77,10 +86,38 @@ table! {
 }
 
 impl BendingLaw {
-    /// Whether the moment is linear in the curvature: a coefficient of zero.
+    /// Whether the moment is linear in the curvature: a coefficient of zero, or ratios of 1.
     pub(crate) fn is_linear(&self) -> bool {
-        let Self::Cubic { coefficient } = self;
-        *coefficient == 0.0
+        match self {
+            Self::Cubic { coefficient } => *coefficient == 0.0,
+            Self::Table { factor, .. } => factor.iter().all(|ratio| *ratio == 1.0),
+        }
+    }
+
+    /// Rejects a table without curvatures or with more than [`MAX_BENDING_POINTS`], curvatures that do not ascend from above
+    /// zero, and another number of ratios. `key` is the path of the law, for the error.
+    pub(super) fn check_table(&self, key: &str) -> Result<(), Error> {
+        let Self::Table { curvature, factor } = self else { return Ok(()) };
+        let key = |name: &str| format!("{key}.{name}");
+        if curvature.is_empty() || curvature.len() > MAX_BENDING_POINTS {
+            let found = format!("{} curvatures", curvature.len());
+            return Err(Error::invalid(
+                key("curvature"),
+                found,
+                format!("1 to {MAX_BENDING_POINTS}"),
+            ));
+        }
+        let before = std::iter::once(&0.0).chain(curvature);
+        if let Some((_, found)) = before.zip(curvature).find(|(a, b)| !(b.is_finite() && b > a)) {
+            let allowed = "finite and ascending from above 0, in 1/m";
+            return Err(Error::invalid(key("curvature"), found, allowed));
+        }
+        if factor.len() != curvature.len() {
+            let found = format!("{} numbers", factor.len());
+            let allowed = format!("{}, one for each curvature", curvature.len());
+            return Err(Error::invalid(key("factor"), found, allowed));
+        }
+        Ok(())
     }
 }
 
@@ -102,6 +139,9 @@ impl Material {
     /// beside the shear modulus. A ratio below 0.495 is rejected beside a neo-Hookean or Mooney-Rivlin stretch, which
     /// is incompressible. A Mooney-Rivlin stretch needs its ratio, in [0, 1], and others reject it.
     pub(super) fn check(&self) -> Result<(), Error> {
+        if let Some(law) = &self.bending_law {
+            law.check_table("material.bending_law")?;
+        }
         if let Some(nu) = self.poisson_ratio {
             if !(nu > -1.0 && nu <= 0.5) {
                 return Err(Error::invalid("material.poisson_ratio", nu, "in (-1, 0.5]"));

@@ -64,7 +64,12 @@ pub(crate) fn catalog_scenes() -> [Scene; 10] {
             poisson_ratio: Some(0.3),
             shear_modulus: Some(1.0),
             mooney_rivlin_ratio: Some(0.2),
-            bending_law: Some(BendingLaw::Cubic { coefficient: 1.0 }),
+            bending_law: Some(match &along {
+                Along::BreakPoints(_) => {
+                    BendingLaw::Table { curvature: vec![1.0], factor: vec![1.0] }
+                }
+                _ => BendingLaw::Cubic { coefficient: 1.0 },
+            }),
             ..Material::new(1.0, 1.0)
         };
         let mut scene = Scene::new(2, shape.clone(), section, material);

@@ -173,7 +173,7 @@ impl<D: Copy> NamedMaterial<D> {
             shear_modulus: self.shear_modulus,
             stretch_law: self.stretch_law,
             mooney_rivlin_ratio: self.mooney_rivlin_ratio,
-            bending_law: self.bending_law,
+            bending_law: self.bending_law.clone(),
         }
     }
 }

@@ -43,7 +43,7 @@ pub(crate) fn catalog_structure(scene: &Scene) -> StructureScene {
         shear_modulus: Some(1.0),
         stretch_law: Default::default(),
         mooney_rivlin_ratio: scene.material.mooney_rivlin_ratio,
-        bending_law: scene.material.bending_law,
+        bending_law: scene.material.bending_law.clone(),
     };
     let end = JointEnd { rod: None, at: None, body: Some(name()), offset: Some([0.0; 3]) };
     let forms = [PerAxis::One(1.0), PerAxis::Three([1.0; 3])];

@@ -151,7 +151,7 @@ impl<D: Scalar> Taper<D> {
             shear_modulus: material.shear_modulus.map(|g| times(g, &self.shear_modulus)),
             stretch_law: material.stretch_law,
             mooney_rivlin_ratio: material.mooney_rivlin_ratio,
-            bending_law: material.bending_law,
+            bending_law: material.bending_law.clone(),
         };
         (section, material)
     }

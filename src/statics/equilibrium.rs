@@ -232,7 +232,7 @@ fn model_equilibrium<M: Model>(
         false => discretized.stability(&rest.q, &rest.frames, &pencil, <[f64]>::to_vec)?,
     };
     let modulus = problem.scene().material.youngs_modulus;
-    warnings.extend(strain.and_then(|strain| strain.warning(modulus)));
+    warnings.extend(strain.into_iter().flat_map(|strain| strain.warnings(modulus)));
     let mut penetration = PenetrationRecord::new(problem);
     penetration.add(|i| nodes[i], None);
     warnings.extend(penetration.warning());

@@ -49,16 +49,16 @@ impl StrainsOfRods {
         }
     }
 
-    /// One warning, with its code, for each rod whose largest strain is beyond the linear range of the material. It has
-    /// the time of the strain if `is_motion`.
+    /// Warnings, with their codes, of each rod whose largest strain is beyond the linear range of the material, or whose
+    /// curvature is beyond its table. They have the time of the strain if `is_motion`.
     pub fn warnings(&self, is_motion: bool) -> Vec<(Code, String)> {
         let of_rod = |own: &StrainsOfRod| {
-            let mut largest = own.record.largest()?;
+            let mut largest = own.record.largest().unwrap_or_default();
             largest.time = largest.time.filter(|_| is_motion);
-            let (code, words) = largest.warning(own.youngs_modulus)?;
-            Some((code, format!("rods.{}: {words}", own.name)))
+            let warnings = largest.warnings(own.youngs_modulus).into_iter();
+            warnings.map(|(code, words)| (code, format!("rods.{}: {words}", own.name)))
         };
-        self.0.iter().filter_map(of_rod).collect()
+        self.0.iter().flat_map(of_rod).collect()
     }
 }
 

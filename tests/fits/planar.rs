@@ -163,6 +163,25 @@ fn exact_data_give_the_law_of_bending() {
     found(&fit(&scene, &data, &truths.map(|(p, _)| p)), &truths, 1e-6);
 }
 
+/// Modulus and factors of a table of the bending moment, from a motion whose curvatures reach its last interval.
+#[test]
+fn exact_data_give_the_table_of_the_bending_moment() {
+    let table = |factor: &[f64]| {
+        let (curvature, factor) = (vec![2.0, 6.0], factor.to_vec());
+        Some(BendingLaw::Table { curvature, factor })
+    };
+    let mut scene = small(1.0);
+    scene.material.youngs_modulus = 1e7;
+    scene.material.bending_law = table(&[0.8, 1.4]);
+    let data = observe(&scene, 100);
+    scene.material.bending_law = table(&[1.0, 1.0]);
+    let [first, second] =
+        [0, 1].map(|k| format!("material.bending_law.factor.{k}").parse().unwrap());
+    let truths = [(Parameter::YoungsModulus, 1e7), (first, 0.8), (second, 1.4)];
+    // The values with which the data are simulated, without noise.
+    found(&fit(&scene, &data, &truths.map(|(p, _)| p)), &truths, 1e-6);
+}
+
 /// Every scheme identifies the modulus of its own simulation without a start. The motion of an accurate scheme gives the
 /// same modulus with another accurate scheme.
 #[test]

@@ -24,6 +24,7 @@ mod nonlinear_bending;
 mod numerical_damping;
 mod paper;
 mod passed_obstacles;
+mod plastic_bending;
 mod posed_ends;
 mod prescribed_motion;
 mod prony;

@@ -1,5 +1,5 @@
-//! Rods with the bending law `M = EI kappa (1 + b kappa^2)`: closed forms, an independent boundary value problem, order in
-//! the step, conservation of energy, and agreement of both models.
+//! Rods with the bending law `M = EI kappa (1 + b kappa^2)`, or a table of the moment: closed forms, an independent boundary
+//! value problem, order in the step, conservation of energy, and agreement of both models.
 
 use rodfit::Point;
 use rodfit::scene::{
@@ -62,6 +62,49 @@ fn constant_moment_gives_the_curvature_of_the_cubic_law() {
         // Second order in the edge length; another law has another curvature.
         assert!(errors[2] < 2e-4 && errors[1] / errors[2] > 3.5, "{errors:?}");
         assert!((kappa - 4.0).abs() > 0.2, "{kappa}");
+    }
+}
+
+/// A table of the moment over `EI kappa`, softening as a cable whose strands begin to slip.
+fn table() -> BendingLaw {
+    BendingLaw::Table { curvature: vec![1.0, 2.0, 4.0, 6.0], factor: vec![0.9, 0.6, 0.4, 0.38] }
+}
+
+/// A constant moment bends the rod to an arc; at the curvatures of the table it is `EI kappa` times their factors. Moments
+/// between these lie between.
+#[test]
+fn constant_moment_gives_the_curvature_of_the_table() {
+    for (kappa, factor) in [(1.0, 0.9), (2.0, 0.6), (4.0, 0.4), (7.0, 0.38)] {
+        let errors = [20, 40, 80].map(|segments| {
+            let mut scene = rod(segments, 0.0);
+            scene.material.bending_law = Some(table());
+            let moment = [0.0, 0.0, factor * kappa * bending_stiffness()];
+            let tip = PointForce { node: Point::Tip, moment, ..PointForce::default() };
+            scene.loads.point = vec![tip];
+            let [x, y, _] = rest(&scene).tip;
+            let exact = [(kappa * LENGTH).sin() / kappa, (1.0 - (kappa * LENGTH).cos()) / kappa];
+            (x - exact[0]).hypot(y - exact[1]) / LENGTH
+        });
+        println!("kappa {kappa}: errors {errors:?}");
+        // Second order in the edge length.
+        assert!(errors[2] < 4e-4 && errors[1] / errors[2] > 3.5, "{errors:?}");
+    }
+}
+
+/// A table of the cubic law gives its motion, in the plane and in space, where the curvature stays below the last interval.
+#[test]
+fn table_of_the_cubic_law_gives_its_motion() {
+    for planar in [true, false] {
+        let curvature = vec![1.0, 3.0, 7.0, 12.0, 40.0];
+        let factor = curvature.iter().map(|kappa| 1.0 + COEFFICIENT * kappa * kappa).collect();
+        let mut scene = released(planar, Scheme::NewmarkBeta, 0.1, 1e-3);
+        let tip = |scene: &Scene| scene.problem().unwrap().simulate().unwrap().tip(100);
+        let cubic = tip(&scene);
+        scene.material.bending_law = Some(BendingLaw::Table { curvature, factor });
+        let table = tip(&scene);
+        let off = (0..3).map(|c| (cubic[c] - table[c]).abs()).sum::<f64>() / LENGTH;
+        println!("planar {planar}: off by {off:.1e} of the length");
+        assert!(off < 1e-10, "{off:e}");
     }
 }
 
@@ -186,6 +229,25 @@ fn average_vector_field_conserves_the_energy_of_nonlinear_bending() {
     println!("energy changes by {change:.1e}");
     // The energy without the part beyond the linear law changes by tenths.
     assert!(change < 1e-9, "{change:e}");
+}
+
+#[test]
+fn invalid_tables_are_rejected() {
+    for (curvature, factor, key) in [
+        (vec![], vec![], "material.bending_law.curvature"),
+        (vec![1.0, 1.0], vec![1.0, 1.0], "material.bending_law.curvature"),
+        (vec![0.0, 1.0], vec![1.0, 1.0], "material.bending_law.curvature"),
+        (vec![1.0, f64::INFINITY], vec![1.0, 1.0], "material.bending_law.curvature"),
+        ((1..=17).map(f64::from).collect(), vec![1.0; 17], "material.bending_law.curvature"),
+        (vec![1.0, 2.0], vec![1.0], "material.bending_law.factor"),
+        (vec![1.0, 2.0], vec![1.0, 0.0], "material.bending_law.factor"),
+        (vec![1.0, 2.0], vec![1.0, f64::NAN], "material.bending_law.factor"),
+    ] {
+        let mut scene = rod(6, 0.0);
+        scene.material.bending_law = Some(BendingLaw::Table { curvature, factor });
+        let refused = scene.problem().unwrap_err().to_string();
+        assert!(refused.contains(key), "{key}: {refused}");
+    }
 }
 
 #[test]

@@ -8,7 +8,8 @@
 //!
 //! - Kelvin-Voigt and Maxwell stress over a step make another elastic law of an elastic one: [`Law::viscous`].
 //! - Viscous stress has the stiffness at no strain, also of laws that are not linear: [`hyperelastic`].
-//! - Bending that is not linear in the curvature is a further stress of a joint: [`NonlinearBending`].
+//! - Bending that is not linear in the curvature is a further stress of a joint: [`NonlinearBending`], with the ratio
+//!   [`SecantStiffness`] of the material.
 //! - Internal friction is an elastic law in parallel with springs that slip: [`slip`].
 //! - Derivatives along parameters, and by the numbers of a law, are those of its stiffness and of its stress without
 //!   strain: [`LawRate`] and [`LawSlopes`].
@@ -16,12 +17,14 @@
 pub mod hyperelastic;
 mod nonlinear_bending;
 mod rate;
+mod secant_stiffness;
 pub mod slip;
 pub(crate) mod stiffness;
 
 pub use hyperelastic::NonlinearPart;
-pub use nonlinear_bending::NonlinearBending;
+pub use nonlinear_bending::{BendingSlopes, NonlinearBending};
 pub use rate::{LawRate, LawSlopes};
+pub use secant_stiffness::SecantStiffness;
 pub use slip::{ActiveSlipElements, SlipElements, Spring};
 pub use stiffness::{Stiffness, StiffnessEntry, Symmetric};
 

@@ -311,8 +311,9 @@ impl<L: RateLayout<N, S>, const N: usize, const S: usize> ForwardSensitivity
         joint
             .extend(joints.map(|i| LawRate::from_duals(duals.each_ref().map(|rod| &rod.joint[i]))));
         bending.clear();
-        bending
-            .extend((0..first.bending.len()).map(|i| duals.each_ref().map(|rod| rod.bending[i])));
+        bending.extend(
+            (0..first.bending.len()).map(|i| duals.each_ref().map(|rod| rod.bending[i].clone())),
+        );
         load.clear();
         load.extend(
             (0..first.load.len())

@@ -8,7 +8,7 @@
 //! and contacts have no part.
 
 use crate::energy::Law;
-use crate::energy::law::{LawSlopes, NonlinearPart, Symmetric};
+use crate::energy::law::{BendingSlopes, LawSlopes, NonlinearPart, Symmetric};
 use crate::numerics::directions::Directions;
 use crate::rod::discrete::DiscreteRod;
 use crate::rod::discrete::rates::{RateLayout, Rates};
@@ -39,7 +39,7 @@ impl<L: RateLayout<N, S>, const N: usize, const S: usize> Transposed for Discret
         let edges = self.stretch.len();
         let any = N == 2 && (moments || !self.moments.list.is_empty());
         let laws = LawDerivatives::new(edges, self.mass.len(), if any { edges } else { 0 });
-        LawDerivatives { bending: vec![LawSlopes::default(); self.bending.len()], ..laws }
+        LawDerivatives { bending: vec![BendingSlopes::default(); self.bending.len()], ..laws }
     }
 
     /// Multiplies the strains of edges by their rest lengths, so that their products with forces are energies.
@@ -136,12 +136,7 @@ impl<L: RateLayout<N, S>, const N: usize, const S: usize> Transposed for Discret
         let mut along: Vec<f64> =
             rates.joint.iter().zip(&laws.joint).map(|(rate, law)| rate.along(law).0[0]).collect();
         for (sum, ([rate], by)) in along.iter_mut().zip(rates.bending.iter().zip(&laws.bending)) {
-            for k in 0..L::Stiffness::<Dual64>::PLACES.len() {
-                *sum += rate.modulus.entry(k).eps * by.stiffness[k];
-            }
-            for c in 0..S {
-                *sum += rate.natural[c].eps * by.offset[c];
-            }
+            *sum += rate.along(by);
         }
         along
     }

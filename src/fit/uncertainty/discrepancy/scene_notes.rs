@@ -60,11 +60,18 @@ pub(crate) fn scene_notes(fitted: Fitted, warnings: &mut Warnings) {
             at_rest.then(|| strain_at_rest(&problem)).flatten(),
             experiment.moves().then(|| strain_in_motion(fitted, k, &problem)).flatten(),
         ];
-        let largest = strains.into_iter().flatten().max_by(|a, b| a.strain.total_cmp(&b.strain));
-        notes.extend(largest.and_then(|largest| largest.warning(modulus)));
+        let largest = strains.into_iter().flatten().reduce(|mut largest, other| {
+            largest.include(other);
+            largest
+        });
+        notes.extend(largest.into_iter().flat_map(|largest| largest.warnings(modulus)));
         for (code, text) in notes {
             // The texts of strains differ between experiments; one note on them is enough.
-            let same = if code == Code::LargeStrain { code.name().into() } else { text.clone() };
+            let same = if [Code::LargeStrain, Code::BeyondTable].contains(&code) {
+                code.name().into()
+            } else {
+                text.clone()
+            };
             if !added.contains(&same) {
                 added.push(same);
                 warnings.add(Severity::Note, code, experiment.with_name(text));
@@ -96,7 +103,9 @@ fn strain_in_motion(
     let has_bound = scene.supports.motion.is_empty()
         && scene.actuation.is_empty()
         && scene.contacts.is_empty()
-        && scene.signals.is_empty();
+        && scene.signals.is_empty()
+        // The end of a table is compared with curvatures, which the bound does not cover.
+        && start.curvature.is_none();
     let is_allowed = |strain: f64| has_bound && OVERSHOOT * strain <= LARGEST_STRAIN;
     if is_allowed(start.strain.max(strain_bound(problem))) {
         return Some(start);
@@ -108,10 +117,7 @@ fn strain_in_motion(
     // No bound holds: the strain is computed after every step of a run.
     let mut largest = start;
     let mut after = |_: &Problem, simulation: &dyn crate::dynamics::Snapshot| {
-        let now = gauge.largest(|i| simulation.position(i), Some(simulation.time()));
-        if now.strain > largest.strain {
-            largest = now;
-        }
+        largest.include(gauge.largest(|i| simulation.position(i), Some(simulation.time())));
     };
     search.all_residuals().ok()?.run(experiment, &optimum.x, false, &mut after).ok()?;
     Some(largest)
