@@ -269,7 +269,7 @@ impl SimulationReport {
             negligible_energy: negligible_energy(problem),
             last_tip: None,
             strains: StrainRecord::new(problem),
-            penetration: PenetrationRecord::new(problem),
+            penetration: PenetrationRecord::new(problem.scene()),
             has_series: true,
         }
     }

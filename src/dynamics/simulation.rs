@@ -351,8 +351,8 @@ impl<D: RodScalar, R: Rod<D>> Simulation<D, R> {
     fn step_with_moved_obstacles(&mut self, time: f64) -> Result<(), Error> {
         let interval = [self.state.time, time];
         let work = |simulation: &Self| {
-            let State { q, v, .. } = &simulation.state;
-            simulation.system.rod.obstacle_work(interval, q, v)
+            let State { q, v, frames, .. } = &simulation.state;
+            simulation.system.rod.obstacle_work(interval, [q, v], frames)
         };
         let before = work(self);
         self.system.rod.move_obstacles(interval);

@@ -24,6 +24,7 @@ mod figure;
 mod fit;
 mod html;
 mod number;
+mod obstacles;
 mod overlay;
 mod parameters;
 mod plane;

@@ -1,6 +1,6 @@
 //! The animation of a simulated motion on a page: a canvas, controls, the motion as JSON, and a script that draws it.
 //!
-//! Input: the frames (nodes, m, at stored times), the samples of the tip, and the drawn planes. Positions are rounded
+//! Input: the frames (nodes, m, at stored times), the samples of the tip, obstacles, and the drawn planes. Positions are rounded
 //! to integers up to [`LARGEST_COORDINATE`] by a [`DrawingGrid`], with one scale for all axes, which keeps the page
 //! small. A motion with a single plane is drawn in it; others can be rotated, with the world axis that has the largest
 //! component of gravity upwards. The speed selected first is that at which the motion takes closest to
@@ -10,8 +10,10 @@
 use crate::dynamics::{Film, FilmSample, Frame, SimulationReport};
 use crate::page::html::{capitalized, escaped};
 use crate::page::number::quantity;
+use crate::page::obstacles::{DrawnRange, drawn_obstacles};
 use crate::page::plane::{AXES, DrawingPlane, range};
 use crate::problem::Problem;
+use crate::scene::Contact;
 
 /// The script (JavaScript) that draws the rod at a time, and plays and stops the motion.
 const SCRIPT: &str = include_str!("simulation.js");
@@ -48,6 +50,8 @@ pub(super) struct PlayedMotion<'a> {
     pub length: f64,
     /// Gravitational acceleration, m/s^2.
     pub gravity: [f64; 3],
+    /// Obstacles that the rod touches.
+    pub contacts: &'a [Contact],
     /// Omitted steps and nodes, as HTML with a leading space; empty if there are none.
     pub thinned: String,
     /// The model, as HTML.
@@ -87,6 +91,26 @@ impl DrawingGrid {
         Self { axes, signs, low, extent, cell }
     }
 
+    /// The range of the drawing in the world: of a single plane the center has zero for its normal.
+    fn drawn_range(&self) -> DrawnRange {
+        let mut center = [0.0; 3];
+        for (k, axis) in self.axes.iter().enumerate() {
+            center[*axis] = self.signs[k] * (self.low[k] + 0.5 * self.extent[k] * self.cell);
+        }
+        let extent = self.cell * self.extent.iter().map(|e| e * e).sum::<f64>().sqrt();
+        let plane = match self.axes[..] {
+            [across, up] => Some([across, up]),
+            _ => None,
+        };
+        DrawnRange { plane, center, extent: 2.0 * extent }
+    }
+
+    /// The integer coordinates of a displacement, m, as text separated by commas.
+    fn displacement(&self, x: &[f64; 3]) -> String {
+        let integer = |k: usize| format!("{:.0}", self.signs[k] * x[self.axes[k]] / self.cell);
+        (0..self.axes.len()).map(integer).collect::<Vec<_>>().join(",")
+    }
+
     /// The integer coordinates of a position, m, as text separated by commas; `null` for those that are not finite.
     fn coordinates(&self, x: &[f64; 3]) -> String {
         let integer = |k: usize| {
@@ -114,8 +138,9 @@ fn motion_json(motion: &PlayedMotion<'_>, grid: &DrawingGrid) -> String {
     let digits = (4.0 - length.log10().ceil()).clamp(0.0, 12.0);
     let position = |x: &[f64; 3]| json_list(x, |x| format!("{x:.p$}", p = digits as usize + 1));
     format!(
-        "{{\"axes\":{},\"signs\":{},\"middle\":{},\"extent\":{},\"reach\":{:.0},\"bar\":{{\"cells\":{:.1},\"label\":\
+        "{{\"obstacles\":{},\"axes\":{},\"signs\":{},\"middle\":{},\"extent\":{},\"reach\":{:.0},\"bar\":{{\"cells\":{:.1},\"label\":\
          \"{}\"}},\"digits\":{digits},\"times\":{},\"frames\":{},\"tips\":{},\"path\":{{\"times\":{},\"places\":{}}}}}",
+        obstacles_json(motion, grid),
         json_list(&grid.axes, |c| format!("\"{}\"", AXES[*c])),
         json_list(&grid.signs, |sign| sign.to_string()),
         json_list(&grid.extent, |e| format!("{:.0}", 0.5 * e)),
@@ -129,6 +154,20 @@ fn motion_json(motion: &PlayedMotion<'_>, grid: &DrawingGrid) -> String {
         json_list(samples, |sample| sample.time.to_string()),
         json_list(samples, |sample| format!("[{}]", grid.coordinates(&sample.tip))),
     )
+}
+
+/// The obstacles of a motion as JSON: polylines as lists of integer coordinates, and displacements at the stored times
+/// in the same unit.
+fn obstacles_json(motion: &PlayedMotion<'_>, grid: &DrawingGrid) -> String {
+    let times: Vec<f64> = motion.frames.iter().map(|frame| frame.time).collect();
+    let drawn = drawn_obstacles(motion.contacts, &grid.drawn_range(), &times);
+    json_list(&drawn, |obstacle| {
+        format!(
+            "{{\"lines\":{},\"moved\":{}}}",
+            json_list(&obstacle.lines, |line| json_list(line, |x| grid.coordinates(x))),
+            json_list(&obstacle.displacements, |x| format!("[{}]", grid.displacement(x))),
+        )
+    })
 }
 
 /// The options (HTML) of the list of speeds for a motion of this `duration`, s. The speed at which it takes closest to
@@ -171,6 +210,7 @@ pub(super) fn player(
         samples: film.samples(),
         length: problem.length(),
         gravity: problem.scene().loads.gravity,
+        contacts: &problem.scene().contacts,
         thinned: thinned.unwrap_or_default(),
         model,
     };
@@ -205,11 +245,12 @@ pub(super) fn motion_player(motion: &PlayedMotion<'_>, planes: &[DrawingPlane]) 
          <label>Speed <select id=\"speed\">{}</select></label>{angles}</div>\n\
          <p id=\"now\" class=\"note\"></p></div>\n\
          <p class=\"note\"><i class=\"stroke model\"></i>rod <i class=\"stroke observed\"></i>path of the tip \
-         \u{2013} dashed: the rod at the start.{hint}{} {}.</p>\n\
+         {}\u{2013} dashed: the rod at the start.{hint}{} {}.</p>\n\
          <noscript><p class=\"note\">The animation needs scripts; the shapes below do not.</p></noscript>\n\
          <script type=\"application/json\" id=\"motion\">{}</script>\n<script>\n{SCRIPT}</script>\n",
         quantity(duration, "s"),
         speed_options(duration),
+        if motion.contacts.is_empty() { "" } else { "<i class=\"stroke obstacle\"></i>obstacles " },
         motion.thinned,
         motion.model,
         motion_json(motion, &grid),

@@ -9,11 +9,13 @@
   const lasts = data.times[last] - data.times[0] || 1;
   // Places are whole numbers of a grid over the largest extent; a third one is across the picture.
   const spatial = data.axes.length === 3;
-  const places = data.frames.map(flat => {
+  const split = flat => {
     const all = [];
     for (let i = 0; i < flat.length; i += data.axes.length) all.push(flat.slice(i, i + data.axes.length));
     return all;
-  });
+  };
+  const places = data.frames.map(split);
+  const obstacles = data.obstacles.map(own => ({lines: own.lines.map(split), moved: own.moved}));
   const middle = data.middle, paths = data.path;
   let now = data.times[0], playing = false, before = 0;
 
@@ -69,6 +71,10 @@
     line(paths.places, color("--grid"), 1.5);
     const [low, high2, part] = between(data.times, now);
     const rod = places[low].map((p, i) => mix(p, places[high2][i], part));
+    for (const {lines, moved} of obstacles) {
+      const shift = moved.length ? mix(moved[low], moved[high2], part) : middle.map(() => 0);
+      for (const own of lines) line(own.map(p => p.map((c, k) => c + shift[k])), color("--soft"), 1.5);
+    }
     const been = between(paths.times, now);
     const tip = rod[rod.length - 1];
     line([...paths.places.slice(0, been[0] + 1), tip], color("--observed"), 1.5);

@@ -35,6 +35,7 @@ pub fn structure_page(
             samples,
             length: structure.length(),
             gravity: structure.scene().loads.gravity,
+            contacts: &structure.scene().contacts,
             thinned: String::new(),
             model: format!("The path is that of the tip of {}", escaped(&last.name)),
         };

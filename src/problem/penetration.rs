@@ -1,6 +1,6 @@
 //! Overlaps of the shapes of a rod with the obstacles of its scene.
 //!
-//! [`Problem::check_contacts`] rejects a scene whose initial shape, or else rest shape, overlaps an obstacle by more
+//! [`Problem::check_contacts`], and [`check_start`] for other nodes, reject a scene whose initial shape, or else rest shape, overlaps an obstacle by more
 //! than rounding errors. [`PenetrationRecord`] takes the states (`add`) of a motion (positions of nodes, m, with the
 //! time, s) or of an equilibrium, and holds the largest overlap over the radius of the rod. It has a warning with code,
 //! obstacle, overlap, place and time if that exceeds [`LARGEST_PENETRATION`].
@@ -103,16 +103,26 @@ impl Problem {
             return Ok(());
         }
         let nodes = with_model!(self, |discretized| discretized.start_positions());
-        match Obstacles::new(scene, &scene.made_mesh()).largest(|i| nodes[i], None) {
-            Some(Penetration { contact, relative, overlap, place, .. }) if relative > ROUNDING => {
-                let found = format!(
-                    "an overlap with the rod of {overlap:.3e} m at the start, {place:.3e} m along the rod"
-                );
-                let allowed = "an obstacle that the rod does not overlap at the start";
-                Err(Error::invalid(format!("contacts[{contact}]"), found, allowed))
-            }
-            _ => Ok(()),
+        check_start(scene, |i| nodes[i], "the rod")
+    }
+}
+
+/// Rejects nodes at `position(i)`, m, of the rod of a scene that overlap an obstacle by more than rounding errors.
+/// `name` is that of the rod in the error.
+pub(crate) fn check_start(
+    scene: &Scene,
+    position: impl Fn(usize) -> Vector<f64>,
+    name: &str,
+) -> Result<(), Error> {
+    match Obstacles::new(scene, &scene.made_mesh()).largest(position, None) {
+        Some(Penetration { contact, relative, overlap, place, .. }) if relative > ROUNDING => {
+            let found = format!(
+                "an overlap with {name} of {overlap:.3e} m at the start, {place:.3e} m along the rod"
+            );
+            let allowed = "an obstacle that the rod does not overlap at the start";
+            Err(Error::invalid(format!("contacts[{contact}]"), found, allowed))
         }
+        _ => Ok(()),
     }
 }
 
@@ -124,9 +134,8 @@ pub(crate) struct PenetrationRecord {
 }
 
 impl PenetrationRecord {
-    /// A record of a motion of the problem before its first state; empty without contacts.
-    pub fn new(problem: &Problem) -> Self {
-        let scene = problem.scene();
+    /// A record of a motion of the rod of a scene before its first state; empty without contacts.
+    pub fn new(scene: &Scene) -> Self {
         let obstacles = match scene.contacts.is_empty() {
             true => Obstacles { list: Vec::new() },
             false => Obstacles::new(scene, &scene.made_mesh()),

@@ -373,7 +373,7 @@ impl<D: RodScalar, L: Layout<N, S>, const N: usize, const S: usize> Rod<D>
 
     /// The index of the first contact through whose obstacle some edge passes in a step from the unknowns `before` to
     /// `now`; `None` without one.
-    fn passed_obstacle(&self, before: &[D], now: &[D]) -> Option<usize> {
+    fn passed_obstacle(&self, before: &[D], now: &[D], _: &Self::Frames) -> Option<usize> {
         self.contacts.passed_obstacle::<N>(before, now)
     }
 
@@ -530,7 +530,7 @@ impl<D: RodScalar, L: Layout<N, S>, const N: usize, const S: usize> Rod<D>
     }
 
     /// The work, J, of the obstacles in their movement between two times, s, with the forces at `q` and `v`.
-    fn obstacle_work(&self, interval: [f64; 2], q: &[D], v: &[D]) -> f64 {
+    fn obstacle_work(&self, interval: [f64; 2], [q, v]: [&[D]; 2], _: &Self::Frames) -> f64 {
         self.contacts.obstacle_work::<N>(interval, q, v)
     }
 

@@ -325,7 +325,12 @@ pub trait Rod<D: Scalar>: Clone + Send + Sync {
 
     /// The work, J, of the obstacles in their movement between two times, s, with the forces at the unknowns `q` and
     /// velocities `v`, and at the present places of the obstacles. Zero by default.
-    fn obstacle_work(&self, _interval: [f64; 2], _q: &[D], _v: &[D]) -> f64 {
+    fn obstacle_work(
+        &self,
+        _interval: [f64; 2],
+        [_q, _v]: [&[D]; 2],
+        _frames: &Self::Frames,
+    ) -> f64 {
         0.0
     }
 
@@ -364,7 +369,7 @@ pub trait Rod<D: Scalar>: Clone + Send + Sync {
 
     /// The index of the first contact through whose obstacle some edge passes in a step from `before` to `now`, with
     /// nodes that move on straight lines; `None` without one, and by default.
-    fn passed_obstacle(&self, _before: &[D], _now: &[D]) -> Option<usize> {
+    fn passed_obstacle(&self, _before: &[D], _now: &[D], _frames: &Self::Frames) -> Option<usize> {
         None
     }
 

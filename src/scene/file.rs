@@ -14,6 +14,7 @@
 use crate::error::{Error, GIVEN_AS_TEXT};
 use crate::input::hints::{SCENE, explained};
 use crate::input::missing_keys::parse;
+use crate::input::table_keys::has_key;
 use crate::scene::required::REQUIRED;
 use crate::scene::scheme::Scheme;
 use crate::scene::shape::Shape;
@@ -139,19 +140,14 @@ impl Scene {
         let mut scene: Self = parse(text, &REQUIRED)
             .map_err(|error| explained(error, text, &SCENE).in_file(Some(path)))?;
         scene.path = Some(path.into());
-        let has_key = |name: &str, key: &str| {
-            let file = toml::from_str::<toml::Table>(text).unwrap_or_default();
-            file.get(name).is_some_and(|table| table.get(key).is_some())
-        };
         // A gravity of zero in the file is intended, a missing one perhaps not.
-        scene.gravity_left_out = scene.loads.gravity == [0.0; 3] && !has_key("loads", "gravity");
+        scene.gravity_left_out =
+            scene.loads.gravity == [0.0; 3] && !has_key(text, "loads", "gravity");
         let has_contacts = !scene.contacts.is_empty();
         if let Some(time) = scene.time.as_mut().filter(|time| has_contacts && time.step.is_some())
-            && !["scheme", "beta"].into_iter().any(|key| has_key("time", key))
+            && !["scheme", "beta"].into_iter().any(|key| has_key(text, "time", key))
         {
-            // Without enough numerical damping the energy of a rod that rests on an obstacle grows from step to step:
-            // with `rho_inf` 0.8 too, and not with the default 0.5.
-            time.scheme = Scheme::GeneralisedAlpha;
+            time.scheme = Scheme::OF_CONTACTS;
         }
         Ok(scene)
     }

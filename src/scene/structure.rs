@@ -13,6 +13,7 @@ use crate::error::{Error, ensure};
 use crate::numerics::scalar::Scalar;
 use crate::scene::along::Along;
 use crate::scene::camera::Camera;
+use crate::scene::contact::{Contact, check_contacts};
 use crate::scene::loads::Damping;
 use crate::scene::mass::PointMass;
 use crate::scene::material::{BendingLaw, Material, StretchLaw};
@@ -64,6 +65,9 @@ table! {
         /// Gravity, forces and damping.
         #[serde(default)]
         pub loads: StructureLoads<D> = TABLE,
+        /// Obstacles that all rods touch, without damping and friction.
+        #[serde(default, skip_serializing_if = "Vec::is_empty")]
+        pub contacts: Vec<Contact<D>> = TABLE,
         /// State at t = 0.
         #[serde(default, skip_serializing_if = "is_default")]
         pub initial: StructureStart,
@@ -456,6 +460,7 @@ impl StructureScene {
             let rod = self.rods.iter().find(|rod| rod.name == name)?;
             Some(rod.segments)
         })?;
+        self.check_contacts()?;
         self.loads.damping.check()?;
         let friction = self.loads.damping.friction.is_some();
         ensure(!friction, "loads.damping.friction", "a table", "no such key for a structure")?;
@@ -483,6 +488,28 @@ impl StructureScene {
         let is_recorded = self.has_recorded_ends();
         let allowed = "\"newmark-beta\" or \"generalised-alpha\", with recorded supports";
         ensure(!is_recorded, "time.scheme", &found, allowed)
+    }
+
+    /// Rejects invalid contacts ([`check_contacts`]) of any rod, damping and friction of a contact, whose derivatives
+    /// are not symmetric, and obstacles that are moved by a recording.
+    fn check_contacts(&self) -> Result<(), Error> {
+        for rod in &self.rods {
+            check_contacts(&self.contacts, &rod.section)?;
+        }
+        for (i, contact) in self.contacts.iter().enumerate() {
+            let allowed = "no such key: contacts of a structure have neither damping nor friction";
+            let losses = [("damping", contact.has_damping()), ("friction", contact.has_friction())];
+            for (name, is_there) in losses {
+                ensure(!is_there, format!("contacts[{i}].{name}"), "a number above 0", allowed)?;
+            }
+            for (k, motion) in contact.motions().iter().enumerate() {
+                let key = format!("contacts[{i}].motion[{k}].file");
+                let allowed = "no such key for a structure: a displacement with ramp or frequency";
+                let is_formula = motion.file.as_os_str().is_empty();
+                ensure(is_formula, key, motion.file.display(), allowed)?;
+            }
+        }
+        Ok(())
     }
 
     /// Whether any spring joint has a damping time other than zero.
@@ -589,7 +616,7 @@ impl StructureScene {
 
 impl<D: Scalar> StructureScene<D> {
     /// Replaces shape, section, taper, natural curvature, masses and material in `scene` by those of the rod of this
-    /// index. Gravity, damping and `[time]` become those of the structure. Other keys are unchanged. An error for an
+    /// index. Gravity, damping, contacts and `[time]` become those of the structure. Other keys are unchanged. An error for an
     /// unknown material.
     pub(crate) fn fill_part(&self, rod: usize, scene: &mut Scene<D>) -> Result<(), Error> {
         let own = &self.rods[rod];
@@ -601,6 +628,7 @@ impl<D: Scalar> StructureScene<D> {
         scene.material = self.material_of(own)?;
         scene.loads.gravity = self.loads.gravity;
         scene.loads.damping = self.loads.damping.clone();
+        scene.contacts.clone_from(&self.contacts);
         scene.time.clone_from(&self.time);
         Ok(())
     }

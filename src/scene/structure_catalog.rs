@@ -77,6 +77,7 @@ pub(crate) fn catalog_structure(scene: &Scene) -> StructureScene {
         joints: springs.into_iter().chain([hinge]).collect(),
         supports: Vec::new(),
         recording: None,
+        contacts: scene.contacts.clone(),
         loads: StructureLoads {
             gravity: [0.0; 3],
             damping: scene.loads.damping.clone(),

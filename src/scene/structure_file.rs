@@ -13,8 +13,9 @@
 use crate::error::{Error, GIVEN_AS_TEXT};
 use crate::input::hints::{STRUCTURE, explained};
 use crate::input::missing_keys::{Rule, always, if_there, parse};
+use crate::input::table_keys::has_key;
 use crate::scene::required::{section_keys, shape_keys};
-use crate::scene::{Shape, StructureRecording, StructureScene};
+use crate::scene::{Scheme, Shape, StructureRecording, StructureScene};
 use std::path::{Path, PathBuf};
 
 /// Required keys of every table of a structure.
@@ -97,6 +98,12 @@ impl StructureScene {
         let mut scene: Self = parse(text, &REQUIRED)
             .map_err(|error| explained(error, text, &STRUCTURE).in_file(Some(path)))?;
         scene.path = Some(path.into());
+        if !scene.contacts.is_empty()
+            && let Some(time) = &mut scene.time
+            && !["scheme", "beta"].into_iter().any(|key| has_key(text, "time", key))
+        {
+            time.scheme = Scheme::OF_CONTACTS;
+        }
         scene.validate()?;
         let folder = path.parent().map(PathBuf::from).unwrap_or_default();
         for rod in &mut scene.rods {

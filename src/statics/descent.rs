@@ -224,7 +224,7 @@ impl<'a, R: Rod<f64>> Descent<'a, R> {
                 }
                 // Newton iterations without lambda may lead through an obstacle, and end in an equilibrium behind it.
                 DescentStep::Moved | DescentStep::Stationary
-                    if self.rod.passed_obstacle(&self.step_start, &self.q).is_some() =>
+                    if self.rod.passed_obstacle(&self.step_start, &self.q, &frames).is_some() =>
                 {
                     DescentStep::Failed
                 }

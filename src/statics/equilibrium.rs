@@ -233,7 +233,7 @@ fn model_equilibrium<M: Model>(
     };
     let modulus = problem.scene().material.youngs_modulus;
     warnings.extend(strain.into_iter().flat_map(|strain| strain.warnings(modulus)));
-    let mut penetration = PenetrationRecord::new(problem);
+    let mut penetration = PenetrationRecord::new(problem.scene());
     penetration.add(|i| nodes[i], None);
     warnings.extend(penetration.warning());
     Ok(Equilibrium {

@@ -13,6 +13,7 @@
 use crate::energy::Derivatives;
 use crate::error::Error;
 use crate::numerics::scalar::RodScalar;
+use crate::problem::penetration::check_start;
 use crate::rod::Rod;
 use crate::scene::number::Quantity;
 use crate::scene::{Scene, StructureScene};
@@ -86,7 +87,21 @@ impl Structure {
         let Blueprint { plan, models, .. } = &blueprint;
         let recorded = RecordedEnds::new(&scene, plan, models, &at_rest).map_err(in_file)?;
         let (derivatives, start) = (Derivatives::Hand, Arc::default());
-        Ok(Self { scene, blueprint, at_rest, recorded, start, derivatives })
+        let structure = Self { scene, blueprint, at_rest, recorded, start, derivatives };
+        structure.check_overlaps().map_err(in_file)?;
+        Ok(structure)
+    }
+
+    /// Rejects a structure whose rods overlap an obstacle at rest ([`check_start`]).
+    fn check_overlaps(&self) -> Result<(), Error> {
+        if self.scene.contacts.is_empty() {
+            return Ok(());
+        }
+        let shape = self.shape_at(&self.at_rest.q, &self.at_rest.frames);
+        self.scene.rods.iter().zip(self.parts()).try_for_each(|(rod, part)| {
+            let nodes = &shape.rods[&rod.name].nodes;
+            check_start(part, |i| nodes[i], &format!("rods.{}", rod.name))
+        })
     }
 
     /// The structure whose simulations compute gradients and Hessians of energies by hand-derived formulas or dual

@@ -18,6 +18,7 @@ use crate::numerics::scalar::{RodScalar, Scalar};
 use crate::numerics::vector::{Vector, add, dot, rotate, scale, sub};
 use crate::rod::Rod;
 use crate::rod::assembly::AssemblyLayout;
+use crate::scene::contact::contact_directions;
 use crate::scene::mesh::Mesh;
 use crate::scene::per_axis::PerAxis;
 use crate::scene::plane::KeyedVector;
@@ -185,6 +186,18 @@ pub(super) fn common_plane(structure: &StructureScene, meshes: &[Mesh]) -> Resul
     });
     vectors.extend(centers);
     let longest = meshes.iter().map(|mesh| mesh.length).fold(0.0, f64::max);
+    let [within, across] = contact_directions(&structure.contacts, start);
+    vectors.extend(within);
+    for (i, contact) in structure.contacts.iter().enumerate() {
+        let motions = contact.motions().iter().enumerate();
+        vectors.extend(motions.flat_map(|(k, own)| {
+            let keyed = |name: &str, vector| KeyedVector {
+                key: format!("contacts[{i}].motion[{k}].{name}"),
+                vector,
+            };
+            [keyed("velocity", own.velocity), keyed("displacement", own.displacement)]
+        }));
+    }
     // Recorded ends leave the plane where one of their markers does.
     if let Some(recording) = &structure.recording {
         let ways = recording.driving_positions(&structure.supports).map(|place| sub(place, start));
@@ -203,6 +216,13 @@ pub(super) fn common_plane(structure: &StructureScene, meshes: &[Mesh]) -> Resul
             Some(_) => leaves("rods".into()),
             None => leaves(what),
         })?;
+    // Axes of cylinders and capsules are normal to the plane.
+    for KeyedVector { key, vector } in across {
+        let (within, out) = plane.components(vector.into());
+        if within.norm() >= PLANE_TOLERANCE * out.abs() {
+            return Err(leaves(key));
+        }
+    }
     for (j, joint) in structure.joints.iter().enumerate() {
         for (k, end) in joint.connects().iter().enumerate() {
             let out = end.offset.map_or(0.0, |offset| plane.components(offset.into()).1);

@@ -7,6 +7,7 @@
 //! range. Rods with a recorded end have no strains, as the distances of markers have tracking errors.
 
 use crate::code::Code;
+use crate::problem::penetration::PenetrationRecord;
 use crate::problem::strain::StrainRecord;
 use crate::problem::{Problem, Purpose};
 use crate::scene::Time;
@@ -24,6 +25,7 @@ struct StrainsOfRod {
     /// Young's modulus, Pa, for the message.
     youngs_modulus: f64,
     record: StrainRecord,
+    penetration: PenetrationRecord,
 }
 
 /// Largest strains of the rods of a structure.
@@ -45,6 +47,7 @@ impl StrainsOfRods {
         for own in &mut self.0 {
             if let Some(rod) = shape.rods.get(&own.name) {
                 own.record.add(|i| rod.nodes[i], time);
+                own.penetration.add(|i| rod.nodes[i], Some(time));
             }
         }
     }
@@ -55,8 +58,10 @@ impl StrainsOfRods {
         let of_rod = |own: &StrainsOfRod| {
             let mut largest = own.record.largest().unwrap_or_default();
             largest.time = largest.time.filter(|_| is_motion);
-            let warnings = largest.warnings(own.youngs_modulus).into_iter();
-            warnings.map(|(code, words)| (code, format!("rods.{}: {words}", own.name)))
+            let strained = largest.warnings(own.youngs_modulus).into_iter();
+            let warnings = strained.chain(own.penetration.warning());
+            let named = warnings.map(|(code, words)| (code, format!("rods.{}: {words}", own.name)));
+            named.collect::<Vec<_>>()
         };
         self.0.iter().flat_map(of_rod).collect()
     }
@@ -102,6 +107,7 @@ impl Structure {
                 name: self.scene.rods[rod].name.clone(),
                 youngs_modulus: problem.scene().material.youngs_modulus,
                 record: StrainRecord::new(&problem),
+                penetration: PenetrationRecord::new(&self.blueprint.parts[rod]),
             })
         };
         let ends = self.blueprint.plan.ends.iter().enumerate();
@@ -121,6 +127,8 @@ impl Structure {
     /// in space. `None` where it cannot be built.
     fn problem_of_rod(&self, rod: usize) -> Option<Problem> {
         let mut scene = self.blueprint.parts[rod].clone();
+        // Obstacles are at places of the structure, not of the rod alone.
+        scene.contacts.clear();
         if let Some([x, y]) = self.plane_axes() {
             // A straight rod has the plane of its gravity, whose direction has no other effect here. Its size stays.
             let size = scene.loads.gravity.iter().map(|g| g * g).sum::<f64>().sqrt();

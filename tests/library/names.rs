@@ -55,7 +55,7 @@ measures member mesh minimum minimum_comparison misfit missing_keys mode mode_nu
 model_with_setup modes moments momentum motion motion_rate moved_obstacles moving mujoco name
 natural_turn nearest neighbors neutral_equilibrium newton nodal node_history noise noise_scale
 nonlinear nonlinear_bending number numbers numerics observation_form observation_row
-observed_experiment observed_information observed_nodes obstacle_motion omitted_effects
+observed_experiment observed_information observed_nodes obstacle_motion obstacles omitted_effects
 one_sided_bound onset operators optimum out_of_line outcome outlying_experiments output overlap
 overlay overlay_run own page parameter parameter_form parameters part_file path pencil penetration
 per_axis perturbation phi_function place placement plan planar planar_bend planarity plane platform
@@ -69,7 +69,7 @@ remesh renamed_keys repeat repeated_frames replay report required resampling res
 residual_noise residual_tests residuals resolution resolved rest rest_line rod rod_sizes rodas4
 rosenbrock rotating_bodies rotation rotation_readings rotational_inertia rounding route_length row
 run sampled sampler samples save scalar scaled scan scene scene_catalog scene_file scene_notes
-schema scheme scheme_support score_tests search section section_profile sensitivity
+schema scheme scheme_support score_tests search secant_stiffness section section_profile sensitivity
 sensitivity_carrier sensitivity_growth sensitivity_pipeline sensor sensor_channel sensor_form
 sensor_model sensor_reference sensor_table settings setup shape shape_columns shape_form shard
 shear_deflection signal signal_curve signal_samples signal_steps simd simulate simulated simulation

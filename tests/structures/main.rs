@@ -1,6 +1,7 @@
 //! Structures: assemblies of rods, bodies and joints against closed forms, the dynamic stiffness method and dual numbers.
 
 mod assembly;
+mod contacts;
 mod derivative_checks;
 mod derivatives;
 mod files;

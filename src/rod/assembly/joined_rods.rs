@@ -313,6 +313,45 @@ impl<D: RodScalar, L: AssemblyLayout> JoinedRods<D, L> {
         })
     }
 
+    /// The index of the first contact through whose obstacle some edge passes in a step from `before` to `now`; `None`
+    /// without one.
+    pub fn passed_obstacle(
+        &self,
+        before: &[D],
+        now: &[D],
+        frames: &AssemblyFrames<D>,
+    ) -> Option<usize> {
+        // All rods have the same contacts.
+        self.find_place(
+            [before, now],
+            frames,
+            |_| 0,
+            |member, own, a, b| member.rod.passed_obstacle(a, b, own),
+        )
+    }
+
+    /// Whether an obstacle has a prescribed motion.
+    pub fn has_moved_obstacles(&self) -> bool {
+        self.members.iter().any(|member| member.rod.has_moved_obstacles())
+    }
+
+    /// Moves the obstacles to their places at the end of a step between two times, s.
+    pub fn move_obstacles(&mut self, interval: [f64; 2]) {
+        self.members.iter_mut().for_each(|member| member.rod.move_obstacles(interval));
+    }
+
+    /// The work, J, of the obstacles in their movement between two times, s, with the forces at the unknowns `q`.
+    pub fn obstacle_work(&self, interval: [f64; 2], q: &[D], frames: &AssemblyFrames<D>) -> f64 {
+        let mut work = 0.0;
+        // Contacts of rods in an assembly have no forces that depend on velocities.
+        self.for_each_placed(q, frames, |member, own, RodUnknowns { q, other, .. }| {
+            other.clear();
+            other.resize(q.len(), D::from(0.0));
+            work += member.rod.obstacle_work(interval, [q, other], own);
+        });
+        work
+    }
+
     /// Moves the frames of all rods by parallel transport, and the references of all rotations, to `q`. Carried edges
     /// get the frames of their bodies. Energies at `q` do not change.
     pub fn move_frames(&self, frames: &mut AssemblyFrames<D>, q: &[D]) {
@@ -330,7 +369,7 @@ impl<D: RodScalar, L: AssemblyLayout> JoinedRods<D, L> {
     }
 
     /// Energies at `q`, J, summed over the rods: stretching, bending, twisting and potential of loads. Joint springs
-    /// count as bending, loads on bodies as potential. Kinetic and user-defined energies are zero.
+    /// count as bending, loads on bodies as potential, and contacts as user-defined energies. The kinetic one is zero.
     pub fn energies(&self, q: &[D], frames: &AssemblyFrames<D>) -> Energies {
         let mut sums = Energies::default();
         self.for_each_placed(q, frames, |member, own_frames, RodUnknowns { q, .. }| {
@@ -339,6 +378,7 @@ impl<D: RodScalar, L: AssemblyLayout> JoinedRods<D, L> {
             sums.bend += own.bend;
             sums.twist += own.twist;
             sums.potential += own.potential;
+            sums.own += own.own;
         });
         self.bodies.add_energies(&q[self.first..], frames, &mut sums);
         sums

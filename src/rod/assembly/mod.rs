@@ -321,8 +321,39 @@ impl<D: RodScalar> Rod<D> for Assembly<D> {
         of_either!(self, rods => rods.over_rotated_edge(before, now, frames))
     }
 
+    /// The index of the first contact through whose obstacle some edge passes in a step from `before` to `now`; `None`
+    /// without one.
+    fn passed_obstacle(
+        &self,
+        before: &[D],
+        now: &[D],
+        frames: &AssemblyFrames<D>,
+    ) -> Option<usize> {
+        of_either!(self, rods => rods.passed_obstacle(before, now, frames))
+    }
+
+    /// Whether an obstacle has a prescribed motion.
+    fn has_moved_obstacles(&self) -> bool {
+        of_either!(self, rods => rods.has_moved_obstacles())
+    }
+
+    /// Moves the obstacles to their places at the end of a step between two times, s.
+    fn move_obstacles(&mut self, interval: [f64; 2]) {
+        of_either!(self, rods => rods.move_obstacles(interval));
+    }
+
+    /// The work, J, of the obstacles in their movement between two times, s, with the forces at the unknowns `q`.
+    fn obstacle_work(
+        &self,
+        interval: [f64; 2],
+        [q, _]: [&[D]; 2],
+        frames: &AssemblyFrames<D>,
+    ) -> f64 {
+        of_either!(self, rods => rods.obstacle_work(interval, q, frames))
+    }
+
     /// Energies at `q`, J, summed over the rods: stretching, bending, twisting and potential of loads. Joint springs
-    /// count as bending, loads on bodies as potential. Kinetic and user-defined energies are zero.
+    /// count as bending, loads on bodies as potential, and contacts as user-defined energies. The kinetic one is zero.
     fn energies(&self, q: &[D], frames: &AssemblyFrames<D>) -> Energies {
         of_either!(self, rods => rods.energies(q, frames))
     }
