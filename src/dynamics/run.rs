@@ -92,7 +92,8 @@ impl<M: Model> Snapshot for SimulationSnapshot<'_, M> {
             let on_nodes = (0..self.discretized.nodes()).map(|i| model.rate(&gradient, i));
             on_nodes.fold([0.0; 3], sub)
         };
-        let gradients = self.simulation.rod().contact_gradients(&state.q, &state.v);
+        let gradients =
+            self.simulation.rod().contact_gradients([&state.q, &state.v], &state.frames);
         gradients.into_iter().map(force).collect()
     }
 }

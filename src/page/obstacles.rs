@@ -81,7 +81,10 @@ fn outline(obstacle: &Obstacle<f64>, range: &DrawnRange) -> Vec<Vec<Vector<f64>>
 }
 
 /// The point of the axis of an obstacle next to the center of the drawing.
-fn nearest_of_axis(Obstacle { point, axis, .. }: &Obstacle<f64>, center: Vector<f64>) -> Vector<f64> {
+fn nearest_of_axis(
+    Obstacle { point, axis, .. }: &Obstacle<f64>,
+    center: Vector<f64>,
+) -> Vector<f64> {
     add(*point, scale(*axis, dot(sub(center, *point), *axis)))
 }
 
@@ -99,9 +102,8 @@ fn outline_in_plane(
     // The axis within the plane, and the direction across it.
     let way = combine(along_u / within, u, along_v / within, v);
     let aside = combine(-along_v / within, u, along_u / within, v);
-    let line = |middle: Vector<f64>, way| {
-        [-extent, extent].map(|x| add(middle, scale(way, x))).to_vec()
-    };
+    let line =
+        |middle: Vector<f64>, way| [-extent, extent].map(|x| add(middle, scale(way, x))).to_vec();
     match kind {
         // The drawing does not show the boundary of a half-space that is parallel to it.
         ObstacleKind::Plane if within < NORMAL => Vec::new(),

@@ -515,7 +515,7 @@ impl<D: RodScalar, L: Layout<N, S>, const N: usize, const S: usize> Rod<D>
 
     /// Minus the forces of each contact on all unknowns, N, damping and friction included, at the unknowns `q` and
     /// velocities `v`, m/s: one list per contact.
-    fn contact_gradients(&self, q: &[D], v: &[D]) -> Vec<Vec<D>> {
+    fn contact_gradients(&self, [q, v]: [&[D]; 2], _: &Self::Frames) -> Vec<Vec<D>> {
         self.contacts.gradients::<N>(q, v)
     }
 

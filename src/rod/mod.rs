@@ -309,7 +309,7 @@ pub trait Rod<D: Scalar>: Clone + Send + Sync {
 
     /// Minus the forces of each contact on all unknowns, N, damping and friction included, at the unknowns `q` and
     /// velocities `v`, m/s: one list per contact. An empty list by default.
-    fn contact_gradients(&self, _q: &[D], _v: &[D]) -> Vec<Vec<D>> {
+    fn contact_gradients(&self, [_q, _v]: [&[D]; 2], _frames: &Self::Frames) -> Vec<Vec<D>> {
         Vec::new()
     }
 

@@ -145,8 +145,9 @@ impl Resolution {
             (Bound::Work, Some(_)) => (
                 Code::AccuracyOutOfReach,
                 format!(
-                    "accuracy: the error {error}. Finer runs would take too long, so that the request is not met. \
-                     Shorten time.end, add damping, request a larger accuracy, or give rod.segments and time.step"
+                    "accuracy: the error {error}. Finer runs {}would take too long, so that the request is not met. \
+                     Shorten time.end, add damping, request a larger accuracy, or give rod.segments and time.step",
+                    if self.error.is_none() { "failed or " } else { "" }
                 ),
             ),
             (Bound::Work, None) => (

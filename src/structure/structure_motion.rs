@@ -16,6 +16,7 @@ use crate::energy::Derivatives;
 use crate::error::{Error, ensure};
 use crate::numerics::scalar::RodScalar;
 use crate::numerics::tangent::{Factors, Tangent};
+use crate::numerics::vector::sub;
 use crate::rod::assembly::AssemblyFrames;
 use crate::rod::{Assembly, Energies, Rod};
 use crate::scene::number::Quantity;
@@ -88,6 +89,11 @@ impl StructureMotion<'_> {
         self.structure.check_springs(assembly, &state.q, &state.frames, Some(state.time))
     }
 
+    /// The simulated structure.
+    pub fn structure(&self) -> &Structure {
+        self.structure
+    }
+
     /// Time of the present state, s, from t = 0 on.
     pub fn time(&self) -> f64 {
         self.simulation.state().time
@@ -119,6 +125,19 @@ impl StructureMotion<'_> {
         let motions =
             structure.node_motions(self.simulation.rod(), [&state.q, &state.v], &state.frames);
         Ok(stencil.place(|node| motions[node][0]))
+    }
+
+    /// The force of each contact on all rods at the present state, N, in world axes, in the order of `[[contacts]]`.
+    pub fn contact_forces(&self) -> Vec<[f64; 3]> {
+        let (assembly, state) = (self.simulation.rod(), self.simulation.state());
+        let gradients = assembly.contact_gradients([&state.q, &state.v], &state.frames);
+        let force = |gradient: Vec<f64>| {
+            let ranges = assembly.rod_ranges().into_iter();
+            let nodes =
+                ranges.flat_map(|range| self.structure.node_vectors(&gradient[range], false));
+            nodes.fold([0.0; 3], sub)
+        };
+        gradients.into_iter().map(force).collect()
     }
 
     /// Energies at the present state, J.

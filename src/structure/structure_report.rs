@@ -1,12 +1,12 @@
 //! The report of a simulation of a structure: energies, ends of the rods, status and warnings.
 //!
-//! [`StructureReport`] collects times, s, energies, J, and ends of the rods, m. `push` adds a state, `push_energies`
+//! [`StructureReport`] collects times, s, energies, J, contact forces, N, and ends of the rods, m. `push` adds a state, `push_energies`
 //! its time and energies only; both record the largest strain of each rod. `finish` sets the status and the warnings:
 //! defects of the recording that moves ends, steps that resolve it poorly, implausible units, large strains, and a
 //! change of the energy. The latter is compared with the largest kinetic energy, only without damping of rods and
 //! joints and without recorded ends. `summary` is the text for a terminal.
 
-use crate::dynamics::{Work, energy_warning};
+use crate::dynamics::{ContactForces, Work, energy_warning};
 use crate::error::Error;
 use crate::rod::Energies;
 use crate::structure::definition::Structure;
@@ -34,6 +34,9 @@ pub struct StructureReport {
     pub energies: Vec<Energies>,
     /// Positions of the ends of all rods at these times, m, by the names of the rods.
     pub tips: BTreeMap<String, Vec<[f64; 3]>>,
+    /// The forces of all obstacles on the rods at these times; empty without contacts.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub contact_forces: Vec<ContactForces>,
     /// Reasons to doubt the result.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub warnings: Vec<String>,
@@ -51,13 +54,17 @@ impl StructureReport {
         Self { dof: structure.dof(), strains: structure.strains(), ..Self::default() }
     }
 
-    /// Adds time, energies and the end (`tip`) of every rod of the present state of `motion`, and compares its strains
-    /// with the largest ones. Its shape and work replace the previous ones.
+    /// Adds time, energies, contact forces and the end (`tip`) of every rod of the present state of `motion`, and
+    /// compares its strains with the largest ones. Its shape and work replace the previous ones.
     pub fn push(&mut self, motion: &StructureMotion<'_>) {
         let shape = motion.shape();
         self.push_state(motion, &shape);
         for (name, rod) in &shape.rods {
             self.tips.entry(name.clone()).or_default().push(rod.tip);
+        }
+        if !motion.structure().scene().contacts.is_empty() {
+            let (time, forces) = (motion.time(), motion.contact_forces());
+            self.contact_forces.push(ContactForces { time, forces });
         }
         self.shape = shape;
     }

@@ -117,7 +117,7 @@ impl Structure {
     /// Positions, m, of all nodes of one rod in the world, from its unknowns `own`. With `are_positions` false `own`
     /// are changes of the unknowns, and the result is in world axes without the origin of the plane. In space angles of
     /// edges are dropped.
-    fn node_vectors(&self, own: &[f64], are_positions: bool) -> Vec<[f64; 3]> {
+    pub(super) fn node_vectors(&self, own: &[f64], are_positions: bool) -> Vec<[f64; 3]> {
         match &self.blueprint.models {
             RodModels::Plane { plane, .. } => {
                 let nodes = own.as_chunks::<2>().0.iter();

@@ -178,6 +178,37 @@ fn moved_obstacle_does_the_work_that_the_energy_gains() {
     assert!(changes[2] < 0.01 && changes[0] / changes[2] > 6.0, "{changes:?}");
 }
 
+/// The momentum of a free structure changes by weight and contact forces alone; the scheme takes the mean of both ends of a
+/// step.
+#[test]
+fn contact_forces_change_the_momentum() {
+    for dimension in ["", "dimension = \"spatial\"\n"] {
+        let body = rod("a", 10, 0.2, [1.0, 0.3]) + &rod("b", 8, 0.15, [0.4, 1.0]);
+        let joint = joint("rigid", &["a.end", "b.start"], "");
+        let time =
+            "[time]\nend = 0.1\nstep = 2e-4\ntolerance = \"rounding\"\nscheme = \"newmark-beta\"\n";
+        let material = twisting_steel();
+        let text = soft(format!("{dimension}{material}{body}{joint}{GRAVITY}{FLOOR}{time}"));
+        let structure = Structure::new(StructureScene::from_toml(&text, ".").unwrap()).unwrap();
+        let mut motion = structure.simulation().unwrap();
+        let weight = 7800.0 * std::f64::consts::PI * 9e-6 * 0.35 * 9.81;
+        let (mut impulse, mut before, mut largest) = (0.0, 0.0, 0.0_f64);
+        for k in 1..=500 {
+            let last = motion.time();
+            motion.step_to(2e-4 * f64::from(k)).unwrap();
+            let [x, y, z] = motion.contact_forces()[0];
+            assert!(x.abs() < 1e-9 && z.abs() < 1e-9, "{x} {z}");
+            impulse += (0.5 * (before + y) - weight) * (motion.time() - last);
+            (before, largest) = (y, largest.max(y));
+        }
+        let momentum = motion.momentum()[1];
+        println!(
+            "momentum {momentum:.6e}, impulse {impulse:.6e} N s, largest force {largest:.2} N"
+        );
+        assert!(largest > 2.0 * weight && (momentum - impulse).abs() < 1e-9 * weight, "{impulse}");
+    }
+}
+
 #[test]
 fn contacts_that_a_structure_does_not_have_are_rejected() {
     let text = |contact: &str| {

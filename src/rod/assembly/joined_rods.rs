@@ -352,6 +352,22 @@ impl<D: RodScalar, L: AssemblyLayout> JoinedRods<D, L> {
         work
     }
 
+    /// Minus the forces of each contact on all nodes, N, at the unknowns `q`: one list of all unknowns per contact.
+    /// Forces on carried nodes are in the entries of these nodes.
+    pub fn contact_gradients(&self, q: &[D], frames: &AssemblyFrames<D>) -> Vec<Vec<D>> {
+        let mut gradients: Vec<Vec<D>> = Vec::new();
+        self.for_each_placed(q, frames, |member, own, RodUnknowns { q, other, .. }| {
+            other.clear();
+            other.resize(q.len(), D::from(0.0));
+            let of_rod = member.rod.contact_gradients([q, other], own);
+            gradients.resize_with(of_rod.len(), || vec![D::from(0.0); self.mass.len()]);
+            for (all, own) in gradients.iter_mut().zip(of_rod) {
+                all[member.range.clone()].copy_from_slice(&own);
+            }
+        });
+        gradients
+    }
+
     /// Moves the frames of all rods by parallel transport, and the references of all rotations, to `q`. Carried edges
     /// get the frames of their bodies. Energies at `q` do not change.
     pub fn move_frames(&self, frames: &mut AssemblyFrames<D>, q: &[D]) {

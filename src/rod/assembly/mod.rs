@@ -332,6 +332,11 @@ impl<D: RodScalar> Rod<D> for Assembly<D> {
         of_either!(self, rods => rods.passed_obstacle(before, now, frames))
     }
 
+    /// Minus the forces of each contact on all unknowns, N, at the unknowns `q`: one list per contact.
+    fn contact_gradients(&self, [q, _]: [&[D]; 2], frames: &AssemblyFrames<D>) -> Vec<Vec<D>> {
+        of_either!(self, rods => rods.contact_gradients(q, frames))
+    }
+
     /// Whether an obstacle has a prescribed motion.
     fn has_moved_obstacles(&self) -> bool {
         of_either!(self, rods => rods.has_moved_obstacles())

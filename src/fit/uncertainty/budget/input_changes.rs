@@ -22,12 +22,15 @@ const MOST_NUMBERS: usize = 16;
 /// Relative change of an unstated input.
 const PER_CENT: f64 = 0.01;
 /// Paths of numbers that are inputs of an experiment, which meshes and steps are not.
-const INPUT_PATHS: [&str; 14] = [
+const INPUT_PATHS: [&str; 17] = [
     "rod.shape.",
     "rod.section.",
     "rod.mass.",
     "material.",
     "loads.",
+    "signals.",
+    "actuation.",
+    "contacts.",
     "camera.pixel_scale",
     "supports.motion.",
     "initial.velocity.",
@@ -40,6 +43,9 @@ const INPUT_PATHS: [&str; 14] = [
 ];
 /// Paths of direction vectors, whose length has no effect.
 const DIRECTION_PATHS: [&str; 3] = ["rod.shape.direction", "rod.shape.axis", "rod.section.up"];
+/// Parts of the paths of numbers of contacts that are no inputs: lengths of direction vectors, and the speed that
+/// regularizes friction.
+const NO_INPUTS_OF_CONTACTS: [&str; 3] = [".normal.", ".axis.", ".slip_velocity"];
 /// Parts of the paths of directions and points of a structure, which are no inputs: a change would separate the points
 /// of a joint.
 const PLACES: [&str; 6] =
@@ -152,6 +158,7 @@ pub(crate) fn unstated_inputs(search: &Search, knowns: &[Known]) -> Vec<InputCha
             || knowns.iter().any(|k| k.parameter == p && k.as_unknown().is_of(e))
     };
     let is_below = |path: &str, paths: &[&str]| paths.iter().any(|own| path.starts_with(own));
+    let contains = |path: &str, parts: &[&str]| parts.iter().any(|own| path.contains(own));
     let mut changes: Vec<InputChange> = Vec::new();
     let mut numbers: Vec<Parameter> = Vec::new();
     for experiment in search.experiments {
@@ -162,7 +169,8 @@ pub(crate) fn unstated_inputs(search: &Search, knowns: &[Known]) -> Vec<InputCha
             // A number of zero has no relative change.
             let is_input = is_below(path, &INPUT_PATHS)
                 && !is_below(path, &DIRECTION_PATHS)
-                && !(parameter.is_of_structure() && PLACES.iter().any(|own| path.contains(own)));
+                && !(path.starts_with("contacts.") && contains(path, &NO_INPUTS_OF_CONTACTS))
+                && !(parameter.is_of_structure() && contains(path, &PLACES));
             // One per cent of a vector is one per cent of each component.
             let vector = [".x", ".y", ".z"].iter().find_map(|c| path.strip_suffix(c));
             let source = vector.unwrap_or(path);
