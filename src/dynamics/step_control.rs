@@ -15,7 +15,7 @@
 //! The work of loads in time, of loads without a potential, of actuators and of moved obstacles is subtracted from the
 //! energy. The sum of its absolute values is added to the kinetic energy as a scale. Generalised-alpha takes loads of a
 //! later interval, whose additional work is allowed. The average vector field conserves energy where its quadrature is
-//! exact. Without damping and user-defined energies its limits are much smaller, and hold for losses too.
+//! exact. Without damping, user-defined energies and tables its limits are much smaller, and hold for losses too.
 //!
 //! The sum of all energies is skipped for at most `INTERVAL` steps in succession (`EXPLICIT_INTERVAL` for explicit
 //! schemes, none for the smaller limits); the limit per step holds for each step since the last sum. It is not skipped
@@ -34,7 +34,7 @@ use crate::dynamics::simulation::Simulation;
 use crate::error::Error;
 use crate::rod::Rod;
 use crate::scene::scheme::EnergyConservation;
-use crate::scene::{Scene, Scheme};
+use crate::scene::{BendingLaw, Scene, Scheme};
 
 /// How often a step is halved before the run ends: the smallest step is 1/64 of the scene's.
 pub(crate) const HALVINGS: u32 = 6;
@@ -102,7 +102,10 @@ impl Limits {
         let damped = scene.is_dissipative();
         let traits = time.scheme.traits();
         // Exactly as far as its quadrature is exact, which knows nothing of energies of one's own.
-        let exactly = traits.energy == EnergyConservation::Exact && !scene.has_own_energies();
+        // Nor is it exact for a table of the bending moment, which is no polynomial of the curvature.
+        let has_table = matches!(scene.material.bending_law, Some(BendingLaw::Table { .. }));
+        let exactly =
+            traits.energy == EnergyConservation::Exact && !scene.has_own_energies() && !has_table;
         if exactly && !damped {
             return Some(Self {
                 per_step: EXACT_PER_STEP,

@@ -18,7 +18,7 @@ const HELD: f64 = 6.0;
 /// A rod along x under a moment at its tip, without gravity, damped so that it follows without overshoot.
 fn rod() -> String {
     format!(
-        "[rod]\nshape = {{ kind = \"straight\", length = {LENGTH} }}\nsection = {{ kind = \"circle\", radius = 0.004 }}\n\
+        "[rod]\nshape = {{ kind = \"straight\", length = {LENGTH}, direction = [1, 0, 0] }}\nsection = {{ kind = \"circle\", radius = 0.004 }}\n\
          segments = 10\n[material]\nyoungs_modulus = 2e7\ndensity = 1200\n[supports]\nstart = \"clamped\"\n"
     )
 }
