@@ -2,7 +2,7 @@
 //!
 //! Input: the report of the fit. The first card has the grade, the estimates with intervals and the warnings. Sections
 //! follow on parameters, residuals, data and model in pictures, prediction errors, discretization error, uncertainty
-//! budget, undetected bias, omitted effects, correlations, likelihood profiles, search, trajectory and settings.
+//! budget, undetected bias, omitted effects, correlations, posterior distribution, likelihood profiles, search, trajectory and settings.
 //! Output: a self-contained HTML page.
 
 use crate::code::Code;
@@ -17,6 +17,7 @@ use crate::page::html::{capitalized, escaped, note, section, with_explanation};
 use crate::page::number::quantity;
 use crate::page::overlay::overlays;
 use crate::page::parameters::parameters;
+use crate::page::posterior::posterior_pairs;
 use crate::page::profile::profiles;
 use crate::page::recordings::recordings;
 use crate::page::search::search;
@@ -55,6 +56,7 @@ pub fn fit_page(report: &FitReport, title: &str) -> String {
         + &section("Undetected bias", &undetected_bias(&report.undetected_bias))
         + &section("Likely omitted effects", &likely_omitted(&report.score_tests))
         + &section("Correlation matrix", &matrix)
+        + &section("Posterior distribution", &posterior_pairs(report))
         + &section("Likelihood profiles", &profiles.unwrap_or_default())
         + &section("Global scan and local minima", &search(report, plots))
         + &trajectories.unwrap_or_default()

@@ -30,6 +30,7 @@ mod parameters;
 mod plane;
 mod player;
 mod plotted;
+mod posterior;
 mod prediction;
 mod profile;
 mod recordings;

@@ -2,10 +2,10 @@
 //! and start value if plot data were kept.
 //!
 //! Input: the report of the fit. Intervals are the expanded and the statistical one, those between experiments (cluster
-//! jackknife), by observed information, by profile likelihood, by bootstrap and of the posterior distribution, where
-//! computed. A second table has the estimates by each of several experiments, for parameters whose estimates differ by
-//! more than noise. A third one has ratios such as stiffness over density that the data determine without the density.
-//! Output: HTML tables.
+//! jackknife), and errors by observed information, by bootstrap and of the posterior distribution, where computed.
+//! A table of 95 % intervals by method follows: linear, profile likelihood, bootstrap, posterior. Another one has the
+//! estimates by each of several experiments, for parameters whose estimates differ by more than noise. The last one has
+//! ratios such as stiffness over density that the data determine without the density. Output: HTML tables.
 
 use crate::fit::{Estimate, FitReport, QuotedEstimate, compared_estimates};
 use crate::page::chart::labeled;
@@ -42,7 +42,7 @@ fn value_cell(e: &Estimate) -> String {
 }
 
 /// The HTML table of all parameters with the intervals that were computed, prior, bounds and start value; columns
-/// without any content are left out. Below it are the estimates by each experiment, where they differ, and the table of
+/// without any content are left out. Below it are the intervals by method, the estimates by each experiment, where they differ, and the table of
 /// ratios that the data determine without the density.
 pub(super) fn parameters(report: &FitReport) -> String {
     let ranges = report.plot_data.as_ref().map_or(&[][..], |plots| &plots.ranges);
@@ -67,20 +67,11 @@ pub(super) fn parameters(report: &FitReport) -> String {
             e.cluster_jackknife.as_ref().map(|c| own_interval(e, c.residual_interval95))
         })
         .text("observed information", |(_, e)| e.observed_std_error.map(|x| plus_minus(e, x)))
-        .text("profile likelihood, 95 %", |(_, e)| {
-            let end = |x: f64| estimate_scale(e).format(x, e.std_error);
-            let [low, high] = e.profile95?.map(|x| x.map_or("none".into(), end));
-            Some(format!("[{low}, {high}]"))
-        })
-        .text("bootstrap", |(_, e)| {
-            let b = e.bootstrap.as_ref()?;
-            Some(format!("{}, {}", plus_minus(e, b.std_error), own_interval(e, b.interval95)))
-        })
+        .text("bootstrap", |(_, e)| Some(plus_minus(e, e.bootstrap.as_ref()?.std_error)))
         .text("posterior", |(_, e)| {
             let p = e.posterior.as_ref()?;
             let median = estimate_scale(e).format(p.median, Some(p.std_dev));
-            let spread = plus_minus(e, p.std_dev);
-            Some(format!("{median} {spread}, {}", own_interval(e, p.interval95)))
+            Some(format!("{median} {}", plus_minus(e, p.std_dev)))
         })
         // Input of the fit: prior, bounds and start value.
         .text("prior", |(_, e)| {
@@ -93,7 +84,34 @@ pub(super) fn parameters(report: &FitReport) -> String {
             Some(format!("{low} \u{2026} {high}"))
         })
         .text("start", |(k, e)| Some(quantity(ranges.get(*k)?.start?, e.name.unit())));
-    table.render() + &experiment_estimates(&report.parameters) + &density_free_ratios(report)
+    table.render()
+        + &intervals_by_method(report)
+        + &experiment_estimates(&report.parameters)
+        + &density_free_ratios(report)
+}
+
+/// The HTML table of the 95 % intervals of all parameters by each method, under a heading; an open end of a profile is
+/// `none`. Empty if only linear intervals were computed.
+fn intervals_by_method(report: &FitReport) -> String {
+    let rows = report.method_intervals.iter().zip(&report.parameters);
+    let closed = |e: &Estimate, ends: Option<[f64; 2]>| ends.map(|x| own_interval(e, x));
+    let table = HtmlTable::new("intervals by method", rows)
+        .id("methods")
+        .text("parameter", |(own, _)| own.parameter.clone())
+        .text("linear", |(own, e)| closed(e, own.linear95))
+        .text("profile likelihood", |(own, e)| {
+            let end = |x: f64| estimate_scale(e).format(x, e.std_error);
+            let [low, high] = own.profile95?.map(|x| x.map_or("none".into(), end));
+            Some(format!("[{low}, {high}]"))
+        })
+        .text("bootstrap", |(own, e)| closed(e, own.bootstrap95))
+        .text("posterior", |(own, e)| closed(e, own.posterior95))
+        .text("unit", |(_, e)| estimate_scale(e).unit)
+        .text("R-hat", |(_, e)| Some(format!("{:.3}", e.posterior.as_ref()?.r_hat)))
+        .text("effective draws", |(_, e)| {
+            Some(format!("{:.0}", e.posterior.as_ref()?.effective_draws))
+        });
+    subsection("95 % intervals by method", &table.render())
 }
 
 /// The HTML table of the linearized estimates by the data of each experiment alone: a row per experiment, a column for

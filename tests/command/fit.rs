@@ -77,6 +77,7 @@ fn requested_analyses_are_in_the_report() {
     assert_eq!(plain["residual_tests"].as_array().unwrap().len(), 2);
     assert_eq!(plain["grade"], "model-does-not-explain", "{plain}");
     assert!(plain["parameters"][0].get("profile95").is_none());
+    assert!(plain.get("method_intervals").is_none());
     let analysis = "[analysis]\nprofile = true\nbootstrap = 20\nseed = 3\n\
                     observed_information = true\ndiscretization_error = \"none\"\n\
                     posterior = { draws = 1000, chains = 2, warmup = 40 }\n";
@@ -99,8 +100,23 @@ fn requested_analyses_are_in_the_report() {
     assert!(table.starts_with("chain,draw,youngs_modulus,lp\n0,0,"), "{table}");
     assert_eq!(table.lines().count(), 61);
     let shown = stdout(&output);
-    assert!(shown.contains("Profile likelihood") && shown.contains("Bootstrap"), "{shown}");
-    assert!(shown.contains("Posterior"), "{shown}");
+    assert!(shown.contains("Bootstrap") && shown.contains("Posterior"), "{shown}");
+    // One table has the intervals of all methods.
+    let table = shown.split("95 % intervals by method").nth(1).unwrap_or_else(|| panic!("{shown}"));
+    let headings: Vec<&str> = table.lines().nth(1).unwrap().split("  ").map(str::trim).collect();
+    for method in ["linear", "profile", "bootstrap", "posterior"] {
+        assert!(headings.contains(&method), "{method}: {shown}");
+    }
+    let compared = fit["method_intervals"].as_array().unwrap();
+    assert_eq!((compared.len(), &compared[0]["parameter"]), (1, &"youngs_modulus".into()));
+    for (key, own) in [
+        ("linear95", &e["interval95"]),
+        ("profile95", &e["profile95"]),
+        ("bootstrap95", &e["bootstrap"]["interval95"]),
+        ("posterior95", &e["posterior"]["interval95"]),
+    ] {
+        assert!(own.is_array() && compared[0][key] == *own, "{key}: {fit}");
+    }
 }
 
 /// The first printed line has the grade, and an unusable fit has exit code 3.

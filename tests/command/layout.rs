@@ -39,7 +39,7 @@ fn folder() -> Folder {
 /// Commands with their output.
 fn outputs(folder: &Folder) -> Vec<(String, Output)> {
     let known = ["--known", "radius=5e-5", "--known", "rod.shape.length=5e-4"];
-    let commands: [&[&str]; 28] = [
+    let commands: [&[&str]; 29] = [
         &["fit", "data/cantilever-fit.toml"],
         &[&["fit", "data/cantilever-fit.toml"][..], &known].concat(),
         &["fit", "data/droop-fit.toml"],
@@ -55,6 +55,7 @@ fn outputs(folder: &Folder) -> Vec<(String, Output)> {
         &["modes", "light.toml"],
         &["check", "data/cantilever.toml"],
         &["bench", "--seconds", "0"],
+        &["bench", "--published", "--seconds", "0"],
         &["inspect", "data/cantilever-tip.csv"],
         &["parameters", "data/cantilever.toml"],
         &["predict", "data/cantilever.toml", "--on", "data/cantilever-tip.csv"],

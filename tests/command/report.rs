@@ -1,7 +1,7 @@
 //! The page of a fit, and its plot data: sections in order, completeness without plot data, and curves that equal a simulation
 //! at the estimates.
 
-use rodfit::fit::{Analysis, MinimumSource, Recording, Sample, Vertical};
+use rodfit::fit::{Analysis, MinimumSource, PosteriorSettings, Recording, Sample, Vertical};
 use rodfit::page::fit_page;
 use rodfit::{Fit, FitReport, Observation, Parameter, Point, Problem, Scene, Trajectory};
 use std::sync::LazyLock;
@@ -115,6 +115,51 @@ fn fit_page_has_its_sections_in_order() {
     let mut warned = report.clone();
     warned.warnings = vec!["first <doubt>".into(), "second".into()];
     in_order(&fit_page(&warned, ""), &["first &lt;doubt&gt;", "second", "id=\"parameters\""]);
+}
+
+/// The page of a fit with a posterior distribution has its intervals beside those of other methods, and draws of the pair.
+#[test]
+fn posterior_is_on_the_page_with_other_intervals_and_pairs() {
+    let mut scene = coarse(4, 1e-2, 0.4);
+    scene.loads.damping.mass = 2.0;
+    let problem = scene.problem().unwrap();
+    let observation = disturbed(&problem.simulate().unwrap(), Point::Tip, 40, 1e-3);
+    let posterior = Some(PosteriorSettings { draws: 40, chains: 2, warmup: 40 });
+    let report = Fit::new(&problem)
+        .observe(observation)
+        .identify(Parameter::YoungsModulus)
+        .identify(Parameter::DampingMass)
+        .analyse(Analysis { posterior, bootstrap: 8, ..Analysis::default() })
+        .solve()
+        .unwrap();
+    assert_eq!(report.method_intervals.len(), 2);
+    for (own, estimate) in report.method_intervals.iter().zip(&report.parameters) {
+        let posterior = estimate.posterior.as_ref().unwrap();
+        assert_eq!((own.linear95, own.profile95), (estimate.interval95, None));
+        assert_eq!(own.posterior95, Some(posterior.interval95));
+        assert_eq!(own.bootstrap95, Some(estimate.bootstrap.as_ref().unwrap().interval95));
+    }
+    let page = fit_page(&report, "fit");
+    is_whole(&page);
+    let methods = page.split("id=\"methods\"").nth(1).unwrap().split("</table>").next().unwrap();
+    for heading in ["linear", "bootstrap", "posterior", "R-hat"] {
+        assert!(methods.contains(heading), "{heading}: {methods}");
+    }
+    // A method that was not requested has no column.
+    assert!(!methods.contains("profile likelihood"), "{methods}");
+    in_order(
+        &page,
+        &[
+            "95 % intervals by method",
+            "<h2>Posterior distribution</h2>",
+            "youngs_modulus and ",
+            "correlation of the draws",
+        ],
+    );
+    // The report that was read from its JSON has no draws, and no figure of them.
+    let stored: FitReport = serde_json::from_str(&serde_json::to_string(&report).unwrap()).unwrap();
+    assert_eq!(stored.method_intervals, report.method_intervals);
+    assert!(!fit_page(&stored, "fit").contains("Posterior distribution"));
 }
 
 /// The page of distributed parameters has their intervals, observations and model.

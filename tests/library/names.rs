@@ -29,47 +29,48 @@ acceleration accuracy actuation actuators adapter adequacy adjoint adjoint_gradi
 anchor_spring ar1 arrays assembly assessment attach attachment autocorrelation autodiff averaging
 axes banded basis bench bend_twist beside_walls bias bisection blocks blueprint bodies bootstrap
 bordered boundary branch_relaxation break_points buckling buckling_form budget cable calculation
-camera camera_needs campaign candidate_designs card carrying changes chart check checkpoints
-cluster_jackknife coarse code coefficients collect columns combinations combined command comparison
-compute constant_axes contact contact_loss contact_losses contacts contributions convergence
-conversion coordinate_series correlation covariance coverage_factor critical_load csv csv_table
-curved_joints damping data data_precheck dataset dead_load dead_moment definition density descent
-design determined_groups diagnostics difference directions director_axes discrepancy discrete
-discretization displacement_driven display drag drag_forces drawing draws duplicates dynamics
-edge_contact edge_coordinates edge_tie edges effects element elimination energy energy_balance
-entries envelope envelope_lu equilibrium equilibrium_derivatives error errors estimate
-estimate_table estimated_weights experiment experiment_estimates experiment_form explain export
-extend extra extrapolation faults field figure file film find_equilibrium findings finite_difference
-fit fit_name fit_pattern fit_run fit_statistics fit_summary fitted follower_load follower_loads
-follower_modes foot_point force_rates forces form former_names former_results forward_derivatives
-forward_sensitivity frame frame_products frames free_run frequencies frequencies_form gauge
-gauss_newton generate geometry grade grid gripper_frame gripper_pose hash held_nodes hermite hessian
-hints history html hyperelastic hyperelastic_stretch identifiability image image_file image_form
-image_name image_overlay image_placement inertia init initial initial_sigmas input input_changes
-input_directions input_errors input_sensitivities inspect inspection inspection_summary job_script
-joined_rods joint joint_law journal known lanczos largest_step law layout ldlt levenberg_marquardt
-limit limits line_loads line_search linearization linearized links lists load_deflection
-load_deflection_form loads local_analysis local_minima loss low_pass lowest_eigenvalues lu marker
-marker_place mass material maxwell mean_rotation measured_run measurement measurement_tables
-measures member mesh minimum minimum_comparison misfit missing_keys mode mode_numbers model
-model_with_setup modes moments momentum motion motion_rate moved_obstacles moving mujoco name
-natural_turn nearest neighbors neutral_equilibrium newton nodal node_history noise noise_scale
-nonlinear nonlinear_bending number numbers numerics observation_form observation_row
-observed_experiment observed_information observed_nodes obstacle_motion obstacles omitted_effects
-one_sided_bound onset operators optimum out_of_line outcome outlying_experiments output overlap
-overlay overlay_run own page parameter parameter_form parameters part_file path pencil penetration
-per_axis perturbation phi_function place placement plan planar planar_bend planarity plane platform
-plausibility player plot_data plotted point point_acceleration point_angle point_channel point_pose
-point_strain points polyline pose_form pose_sensor pose_table posterior power_law predict prediction
-predictor prescribed_dofs prescribed_motion prior problem products profile profile_likelihood
-pyelastica quantity quoted random_states ranking rate rates reaction reading record recorded
-recorded_ends recorded_motion recorded_point recorded_pose recorded_reactions recorded_start
-recordings reduction reference_stiffness reference_strains refined_residuals refinement relinearize
-remesh renamed_keys repeat repeated_frames replay report required resampling residual_acceptance
-residual_noise residual_tests residuals resolution resolved rest rest_line rod rod_sizes rodas4
-rosenbrock rotating_bodies rotation rotation_readings rotational_inertia rounding route_length row
-run sampled sampler samples save scalar scaled scan scene scene_catalog scene_file scene_notes
-schema scheme scheme_support score_tests search secant_stiffness section section_profile sensitivity
+camera camera_needs campaign candidate_designs card carrying cases changes chart check checkpoints
+closed_forms cluster_jackknife coarse code coefficients collect columns combinations combined
+command comparison compute constant_axes contact contact_loss contact_losses contacts contributions
+convergence conversion coordinate_series correlation covariance coverage_factor critical_load csv
+csv_table curved_joints damping data data_precheck dataset dead_load dead_moment definition density
+descent design determined_groups diagnostics difference directions director_axes discrepancy
+discrete discretization displacement_driven display drag drag_forces drawing draws duplicates
+dynamics edge_contact edge_coordinates edge_tie edges effects element elimination energy
+energy_balance entries envelope envelope_lu equilibrium equilibrium_derivatives error errors
+estimate estimate_table estimated_weights experiment experiment_estimates experiment_form explain
+export extend extra extrapolation faults field figure file film find_equilibrium findings
+finite_difference fit fit_name fit_pattern fit_run fit_statistics fit_summary fitted follower_load
+follower_loads follower_modes foot_point force_rates forces form former_names former_results
+forward_derivatives forward_sensitivity frame frame_products frames free_run frequencies
+frequencies_form gauge gauss_newton generate geometry grade grid gripper_frame gripper_pose hash
+held_nodes hermite hessian hints history html hyperelastic hyperelastic_stretch identifiability
+image image_file image_form image_name image_overlay image_placement inertia init initial
+initial_sigmas input input_changes input_directions input_errors input_sensitivities inspect
+inspection inspection_summary job_script joined_rods joint joint_law journal known lanczos
+largest_step law layout ldlt levenberg_marquardt limit limits line_loads line_search linearization
+linearized links lists load_deflection load_deflection_form loads local_analysis local_minima loss
+low_pass lowest_eigenvalues lu marker marker_place mass material maxwell mean_rotation measured_run
+measurement measurement_tables measures member mesh method_intervals method_table minimum
+minimum_comparison misfit missing_keys mode mode_numbers model model_with_setup modes moments
+momentum motion motion_rate moved_obstacles moving mujoco name natural_turn nearest neighbors
+neutral_equilibrium newton nodal node_history noise noise_scale nonlinear nonlinear_bending number
+numbers numerics observation_form observation_row observed_experiment observed_information
+observed_nodes obstacle_motion obstacles omitted_effects one_sided_bound onset operators optimum
+out_of_line outcome outlying_experiments output overlap overlay overlay_run own page parameter
+parameter_form parameters part_file path pencil penetration per_axis perturbation phi_function place
+placement plan planar planar_bend planarity plane platform plausibility player plot_data plotted
+point point_acceleration point_angle point_channel point_pose point_strain points polyline pose_form
+pose_sensor pose_table posterior power_law predict prediction predictor prescribed_dofs
+prescribed_motion prior problem products profile profile_likelihood published pyelastica quantity
+quoted random_states ranking rate rates reaction reading record recorded recorded_ends
+recorded_motion recorded_point recorded_pose recorded_reactions recorded_start recordings reduction
+reference_stiffness reference_strains refined_residuals refinement relinearize remesh renamed_keys
+repeat repeated_frames replay report required resampling residual_acceptance residual_noise
+residual_tests residuals resolution resolved rest rest_line rod rod_sizes rodas4 rosenbrock
+rotating_bodies rotation rotation_readings rotational_inertia rounding route_length row run sampled
+sampler samples save scalar scaled scan scene scene_catalog scene_file scene_notes schema scheme
+scheme_support score_tests search secant_stiffness section section_profile sensitivity
 sensitivity_carrier sensitivity_growth sensitivity_pipeline sensor sensor_channel sensor_form
 sensor_model sensor_reference sensor_table settings setup shape shape_columns shape_form shard
 shear_deflection signal signal_curve signal_samples signal_steps simd simulate simulated simulation
@@ -81,7 +82,7 @@ structure_file structure_film structure_frequencies structure_motion structure_p
 structure_point structure_problem structure_recording structure_report structure_run structure_shape
 structure_support structure_warnings study style substitution summaries summary support supports
 sweep sweeps swept_edge synthetic_data table table_keys tangent taper target tendon tensions
-term_bound terminal tested_effects tests text_cell thickness time timed_forces timed_loads
+term_bound terminal tested_effects tests text_cell thickness time timed_forces timed_loads timing
 timoshenko tolerance track track_defect trajectory transposed trial tributary trigonometry tuning
 uncertainty undetected_bias unknown unstable_state usable_rows usd validate validation
 validation_errors vector vibration viscosity vtk warning_list warnings weighted_search work

@@ -13,7 +13,7 @@ const SPRINGS: f64 = 3.0;
 const YIELD: f64 = 2.0;
 /// Duration of a change of the moment, and of that with the rest after it, s.
 const RAMP: f64 = 2.0;
-const HELD: f64 = 6.0;
+const HELD: f64 = 22.0;
 /// Moments over EI, 1/m, that follow each other on straight lines with rests: past the yield moment `EI (1 + 3) 2/m`. Elastic
 /// unloading ends where the moment has changed by twice that: at 11 - 16 = -5.
 const MOMENTS: [f64; 7] = [11.0, 0.0, -5.0, -11.0, 0.0, 5.0, 11.0];
@@ -27,12 +27,15 @@ fn bent(segments: usize, springs: f64, moments: &[f64]) -> Vec<f64> {
         "[rod]\nshape = {{ kind = \"straight\", length = {LENGTH}, direction = [1, 0, 0] }}\n\
          section = {{ kind = \"circle\", radius = 0.004 }}\nsegments = {segments}\n\
          [material]\nyoungs_modulus = 2e7\ndensity = 1200\n[supports]\nstart = \"clamped\"\n\
-         [loads.damping]\nmass = 15\nstiffness = 0.02\n"
+         [loads.damping]\nmass = 15\nstiffness = 0.2\n"
     );
     if springs > 0.0 {
         text += &format!("friction = {{ stiffness = {springs}, curvature = {YIELD} }}\n");
     }
-    text += &format!("[time]\nend = {}\nstep = 0.005\n", HELD * moments.len() as f64);
+    text += &format!(
+        "[time]\nend = {}\nstep = 0.02\ntolerance = \"rounding\"\n",
+        HELD * moments.len() as f64
+    );
     let mut before = 0.0;
     for (i, moment) in moments.iter().enumerate() {
         let (start, change) = (HELD * i as f64, BENDING * (moment - before));

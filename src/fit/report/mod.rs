@@ -3,7 +3,7 @@
 //! [`FitReport`] is assembled from the outcome of a fit (`outcome`), the search and the experiments. It serializes to
 //! the JSON of `rodfit fit --json`. `display` makes the text for a terminal, with the estimates (`quoted`,
 //! `estimate_table`, `experiment_estimates`), their `uncertainty` and `budget`, omitted `effects` and `validation`.
-//! `plot_data`, `replay` and `recorded_motion` make the data of the page's plots, `fit_summary` the rows of a
+//! `method_table` has the intervals by several methods. `plot_data`, `replay` and `recorded_motion` make the data of the page's plots, `fit_summary` the rows of a
 //! comparison of several fits. `renamed_keys` converts stored reports of version 0.1. Methods of the report:
 //! `parameters` and `parameters_of` (one experiment) are the values for a simulation, `estimate` is the first estimate
 //! of a parameter. `in_a_line` is a line of text for a list of fits. `likely_omitted_effects` and
@@ -18,6 +18,7 @@ pub(crate) mod estimate_table;
 pub(crate) mod experiment_estimates;
 pub(crate) mod fit_summary;
 pub(crate) mod image_overlay;
+mod method_table;
 mod node_history;
 pub(crate) mod outcome;
 pub(crate) mod overlay_run;
@@ -50,6 +51,7 @@ use crate::fit::uncertainty::discrepancy::prediction::Prediction;
 use crate::fit::uncertainty::discretization::errors::DiscretizationError;
 use crate::fit::uncertainty::estimate::Estimate;
 use crate::fit::uncertainty::grade::Grade;
+use crate::fit::uncertainty::method_intervals::{MethodIntervals, method_intervals};
 use crate::fit::uncertainty::noise::noise_scale::NoiseScale;
 use crate::fit::uncertainty::noise::residual_noise::LossEffect;
 use crate::fit::uncertainty::posterior::draws::PosteriorDraws;
@@ -81,6 +83,10 @@ pub struct FitReport {
     pub converged: bool,
     /// Estimates, in the order of the fit file.
     pub parameters: Vec<Estimate>,
+    /// 95 % intervals by each method, in the order of `parameters`; empty unless a profile likelihood, a bootstrap or
+    /// a posterior distribution was requested.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub method_intervals: Vec<MethodIntervals>,
     /// Correlations between the parameters; none where one is not identifiable.
     pub correlation: Vec<Vec<Option<f64>>>,
     /// Root mean square residual per coordinate, m; per frequency, rad/s, without positions.
@@ -184,6 +190,7 @@ impl FitReport {
         Self {
             converged,
             budget: assessment.estimates.iter().flat_map(|e| e.budget.clone()).collect(),
+            method_intervals: method_intervals(&assessment.estimates),
             parameters: assessment.estimates,
             correlation,
             residual_rms: assessment.residual_rms,

@@ -1,14 +1,15 @@
 //! Text of the uncertainty of the estimates, beyond the table of estimates.
 //!
 //! Input: a [`FitReport`]. Output: its summary with the discretization error of each parameter (correction and
-//! remaining error), in per cent, or in the unit of a parameter that may be zero. Intervals by other methods follow, as
-//! far as they were computed: observed information, differences between experiments, profile likelihood (an open end is
-//! `none`), bootstrap, posterior. The table of estimates by each experiment is next, if the differences between them
+//! remaining error), in per cent, or in the unit of a parameter that may be zero. Errors by other methods follow, as far
+//! as they were computed: observed information, differences between experiments, bootstrap, posterior. A table has the
+//! intervals by all methods. The table of estimates by each experiment is next, if the differences between them
 //! give a reported interval. The strongest correlations (at most [`CORRELATIONS`]), ratios of parameters to the
 //! density, uncertainty budgets and input sensitivities are last.
 
 use crate::fit::report::estimate_table::is_from_clusters;
 use crate::fit::report::experiment_estimates::add_experiment_estimates;
+use crate::fit::report::method_table::method_table;
 use crate::fit::report::{FitReport, budget, digits};
 use crate::fit::uncertainty::estimate::Estimate;
 use crate::fit::uncertainty::posterior::summary::Posterior;
@@ -30,6 +31,9 @@ const CORRELATIONS: usize = 6;
 pub(super) fn add_uncertainty(mut summary: Summary, report: &FitReport) -> Summary {
     summary = summary.facts("Discretization error", discretization(report));
     summary = report.parameters.iter().fold(summary, add_intervals);
+    if let Some(table) = method_table(report) {
+        summary = summary.table("95 % intervals by method", table);
+    }
     summary = add_experiment_estimates(summary, &report.parameters);
     summary = summary.facts("Correlation", correlations(report));
     // Combinations of parameters are in the table of estimates.
@@ -71,8 +75,8 @@ fn discretization(report: &FitReport) -> Vec<String> {
 }
 
 /// The `summary` with one fact for each other interval of an estimate that was computed: observed information,
-/// differences between experiments, profile likelihood (an open end as `none`), bootstrap, posterior. That of the
-/// differences has the reason for the reported interval.
+/// differences between experiments, bootstrap and posterior (without their intervals). That of the differences has the
+/// reason for the reported interval.
 fn add_intervals(mut summary: Summary, e: &Estimate) -> Summary {
     let (unit, label) = (e.name.unit(), e.label());
     let error = e.std_error.unwrap_or(0.0);
@@ -102,22 +106,16 @@ fn add_intervals(mut summary: Summary, e: &Estimate) -> Summary {
         };
         summary = summary.fact("Interval", text);
     }
-    // An end that the profile does not reach is open.
-    if let Some(ends) = e.profile95 {
-        let end = |x: Option<f64>| x.map_or("none".into(), |x| digits(x, error));
-        let text = format!("{label} 95 % [{}, {}]", end(ends[0]), end(ends[1]));
-        summary = summary.fact("Profile likelihood", text);
+    // Their intervals are in the table of all methods.
+    if let Some(Bootstrap { std_error, .. }) = &e.bootstrap {
+        let text = format!("{label} +- {} {unit}", digits(*std_error, *std_error));
+        summary = summary.fact("Bootstrap", text);
     }
-    if let Some(Bootstrap { std_error, interval95, .. }) = &e.bootstrap {
-        summary =
-            summary.fact("Bootstrap", format!("{label} {}", interval(*std_error, *interval95)));
-    }
-    if let Some(Posterior { median, std_dev, interval95, r_hat, effective_draws, .. }) =
-        &e.posterior
-    {
-        let (median, spread) = (digits(*median, error), interval(*std_dev, *interval95));
+    if let Some(Posterior { median, std_dev, r_hat, effective_draws, .. }) = &e.posterior {
+        let [median, spread] = [median, std_dev].map(|x| digits(*x, *std_dev));
         let quality = format!("R-hat {r_hat:.3}, {effective_draws:.0} effective draws");
-        summary = summary.fact("Posterior", format!("{label} {median} {spread} ({quality})"));
+        summary =
+            summary.fact("Posterior", format!("{label} {median} +- {spread} {unit} ({quality})"));
     }
     summary
 }

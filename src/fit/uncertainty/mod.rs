@@ -8,7 +8,7 @@
 //! distribution (NUTS). `discretization` estimates the errors
 //! by mesh and time step. `discrepancy` tests for omitted effects and predicts validation data. `warnings` checks data,
 //! residuals and parameters. All findings are added to a `warning_list`, from which [`grade`] derives grade, status and
-//! verdict. `estimate` has the result for each parameter, `analysis` the options of a fit.
+//! verdict. `estimate` has the result for each parameter, `method_intervals` its intervals by all methods, `analysis` the options of a fit.
 
 pub(crate) mod analysis;
 pub(crate) mod assessment;
@@ -18,6 +18,7 @@ pub(crate) mod discrepancy;
 pub(crate) mod discretization;
 pub(crate) mod estimate;
 pub(crate) mod grade;
+pub(crate) mod method_intervals;
 pub(crate) mod noise;
 pub(crate) mod posterior;
 pub(crate) mod resampling;

@@ -1,4 +1,5 @@
 //! `rodfit bench`: measures the speed of this machine on two shipped scenes, a planar cantilever and a spatial helix.
+//! With `--published` it compares other shipped scenes with closed forms instead ([`PublishedReport`]).
 //!
 //! Two quantities are measured: time steps per second of the time stepper alone ([`RUNS`]), and wall seconds of a
 //! complete fit of Young's modulus to the recorded tip. Each measurement is repeated for the time of `--seconds`, at
@@ -6,13 +7,21 @@
 //! vector unit of the processor and the number of threads. The exit code is 0, or that of an output that cannot be
 //! written.
 
+mod cases;
+mod closed_forms;
+mod published;
+mod timing;
+
+use crate::command::bench::published::PublishedReport;
+use crate::command::bench::timing::fastest;
 use crate::command::output::Outputs;
-use crate::command::{GlobalOptions, JsonOption};
+use crate::command::{GlobalOptions, JsonOption, conclude, terminal};
 use rodfit::fit::Sample;
 use rodfit::numerics::simd::simd_level;
 use rodfit::summary::{ItemTable, Summary, Tone};
 use rodfit::{Error, Fit, Observation, Parameter, Point, Problem, Scene, Trajectory};
 use serde::Serialize;
+use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 /// Options of `rodfit bench`.
@@ -21,6 +30,12 @@ pub struct BenchOptions {
     /// Time for which each row is repeated, s; the fastest run counts.
     #[arg(long, default_value_t = 0.3, value_parser = repetition_time)]
     seconds: f64,
+    /// Compare scenes with closed forms: errors, times and Newton iterations over meshes, steps and schemes.
+    #[arg(long)]
+    published: bool,
+    /// Write the table of `--published` to this file (CSV); `-` is standard output.
+    #[arg(long, value_name = "FILE", requires = "published")]
+    csv: Option<PathBuf>,
     #[command(flatten)]
     json: JsonOption,
 }
@@ -43,14 +58,14 @@ struct ShippedScene {
 /// The planar cantilever of `data/cantilever.toml`, with the recorded motion of its tip.
 const CANTILEVER: ShippedScene = ShippedScene {
     name: "cantilever",
-    scene: include_str!("../../data/cantilever.toml"),
-    tip: include_str!("../../data/cantilever-tip.csv"),
+    scene: include_str!("../../../data/cantilever.toml"),
+    tip: include_str!("../../../data/cantilever-tip.csv"),
 };
 /// The spatial helix of `data/helix.toml`, with the recorded motion of its tip.
 const HELIX: ShippedScene = ShippedScene {
     name: "helix",
-    scene: include_str!("../../data/helix.toml"),
-    tip: include_str!("../../data/helix-tip.csv"),
+    scene: include_str!("../../../data/helix.toml"),
+    tip: include_str!("../../../data/helix-tip.csv"),
 };
 
 /// The simulations whose steps are timed: scene, time step in s, and the parameter beta of Newmark-beta (0.5 conserves
@@ -92,6 +107,9 @@ struct BenchReport {
 /// requested, and a table). Returns the exit code: 0, or that of an output that cannot be written. Errors: an output
 /// that cannot be used, and a simulation or fit that fails.
 pub fn run(options: &BenchOptions, global: GlobalOptions) -> Result<u8, Error> {
+    if options.published {
+        return run_published(options, global);
+    }
     let outputs = Outputs::with_json(&options.json, &[], global)?;
     let least = Duration::from_secs_f64(options.seconds);
     // Stepping alone: no output and no record of the motion.
@@ -130,19 +148,21 @@ pub fn run(options: &BenchOptions, global: GlobalOptions) -> Result<u8, Error> {
     Ok(outputs.finish(0, &report, None, &report.summary()))
 }
 
-/// The shortest duration that `run` returns when it is repeated until `least` has passed; it runs once at least. The
-/// first error of a run ends it.
-fn fastest(
-    least: Duration,
-    mut run: impl FnMut() -> Result<Duration, Error>,
-) -> Result<Duration, Error> {
-    let start = Instant::now();
-    let mut fastest = run()?;
-    while start.elapsed() < least {
-        // The fastest run is the one with the least disturbance by other processes.
-        fastest = fastest.min(run()?);
-    }
-    Ok(fastest)
+/// Runs the scenes with known answers with a progress bar, and writes the table (CSV if requested) and the report. The
+/// exit code and the errors are those of [`run`].
+fn run_published(options: &BenchOptions, global: GlobalOptions) -> Result<u8, Error> {
+    let mut outputs = Outputs::new(&options.json, global);
+    let table = outputs.add("--csv", options.csv.as_deref());
+    outputs.check(&[])?;
+    let bar = terminal::progress_bar(global, 1);
+    let report = PublishedReport::new(Duration::from_secs_f64(options.seconds), |done, all| {
+        bar.set_length(all as u64);
+        bar.set_position(done as u64);
+    });
+    bar.finish_and_clear();
+    let report = report?;
+    let written = outputs.write(table, || report.csv());
+    Ok(conclude(outputs.finish(0, &report, None, &report.summary()), [written]))
 }
 
 impl ShippedScene {
