@@ -106,7 +106,8 @@ enum Command {
     /// List the parameters of a scene that can be identified, with their values and units.
     #[command(after_help = "Example: rodfit parameters data/cantilever.toml")]
     Parameters(parameters::ParametersOptions),
-    /// Benchmark the shipped scenes on this machine: steps per second and seconds per fit, or errors against closed forms.
+    /// Benchmark the shipped scenes on this machine: steps per second and seconds per fit, or errors against closed
+    /// forms.
     #[command(after_help = "Example: rodfit bench --seconds 0.1")]
     Bench(bench::BenchOptions),
     /// Compare hand-derived derivatives with those of dual numbers and with finite differences.

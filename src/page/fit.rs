@@ -2,8 +2,8 @@
 //!
 //! Input: the report of the fit. The first card has the grade, the estimates with intervals and the warnings. Sections
 //! follow on parameters, residuals, data and model in pictures, prediction errors, discretization error, uncertainty
-//! budget, undetected bias, omitted effects, correlations, posterior distribution, likelihood profiles, search, trajectory and settings.
-//! Output: a self-contained HTML page.
+//! budget, undetected bias, omitted effects, correlations, posterior distribution, likelihood profiles, search,
+//! trajectory and settings. Output: a self-contained HTML page.
 
 use crate::code::Code;
 use crate::fit::{FitReport, interval_content, quoted_estimates};

@@ -42,8 +42,8 @@ fn value_cell(e: &Estimate) -> String {
 }
 
 /// The HTML table of all parameters with the intervals that were computed, prior, bounds and start value; columns
-/// without any content are left out. Below it are the intervals by method, the estimates by each experiment, where they differ, and the table of
-/// ratios that the data determine without the density.
+/// without any content are left out. Below it are the intervals by method, the estimates by each experiment, where they
+/// differ, and the table of ratios that the data determine without the density.
 pub(super) fn parameters(report: &FitReport) -> String {
     let ranges = report.plot_data.as_ref().map_or(&[][..], |plots| &plots.ranges);
     let table = HtmlTable::new("parameters", report.parameters.iter().enumerate())

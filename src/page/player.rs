@@ -1,9 +1,9 @@
 //! The animation of a simulated motion on a page: a canvas, controls, the motion as JSON, and a script that draws it.
 //!
-//! Input: the frames (nodes, m, at stored times), the samples of the tip, obstacles, and the drawn planes. Positions are rounded
-//! to integers up to [`LARGEST_COORDINATE`] by a [`DrawingGrid`], with one scale for all axes, which keeps the page
-//! small. A motion with a single plane is drawn in it; others can be rotated, with the world axis that has the largest
-//! component of gravity upwards. The speed selected first is that at which the motion takes closest to
+//! Input: the frames (nodes, m, at stored times), the samples of the tip, obstacles, and the drawn planes. Positions
+//! are rounded to integers up to [`LARGEST_COORDINATE`] by a [`DrawingGrid`], with one scale for all axes, which keeps
+//! the page small. A motion with a single plane is drawn in it; others can be rotated, with the world axis that has the
+//! largest component of gravity upwards. The speed selected first is that at which the motion takes closest to
 //! `FIRST_DURATION`. Output: HTML, by [`player`] for the page of a rod and [`motion_player`] for that of a structure;
 //! without scripts it has a note.
 

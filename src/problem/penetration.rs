@@ -1,9 +1,9 @@
 //! Overlaps of the shapes of a rod with the obstacles of its scene.
 //!
-//! [`Problem::check_contacts`], and [`check_start`] for other nodes, reject a scene whose initial shape, or else rest shape, overlaps an obstacle by more
-//! than rounding errors. [`PenetrationRecord`] takes the states (`add`) of a motion (positions of nodes, m, with the
-//! time, s) or of an equilibrium, and holds the largest overlap over the radius of the rod. It has a warning with code,
-//! obstacle, overlap, place and time if that exceeds [`LARGEST_PENETRATION`].
+//! [`Problem::check_contacts`], and [`check_start`] for other nodes, reject a scene whose initial shape, or else rest
+//! shape, overlaps an obstacle by more than rounding errors. [`PenetrationRecord`] takes the states (`add`) of a motion
+//! (positions of nodes, m, with the time, s) or of an equilibrium, and holds the largest overlap over the radius of the
+//! rod. It has a warning with code, obstacle, overlap, place and time if that exceeds [`LARGEST_PENETRATION`].
 
 use crate::code::Code;
 use crate::energy::overlap::{ContactPart, EdgePart, largest_overlap};

@@ -2,10 +2,11 @@
 //! the search ranges of fits, and validation.
 //!
 //! Laws are linear by default. The stretch may be neo-Hookean or Mooney-Rivlin, the latter with its ratio in [0, 1];
-//! the bending moment may be a cubic of the curvature with a coefficient, m^2, or a table over the curvature. Spatial scenes need Poisson's ratio, in
-//! (-1, 0.5], or the shear modulus; both together are rejected. The two nonlinear stretches are those of an
-//! incompressible material: Poisson's ratios below 0.495 are rejected beside them. A Mooney-Rivlin ratio without its
-//! law is rejected, and so are numbers that are not finite or have a sign that is not allowed.
+//! the bending moment may be a cubic of the curvature with a coefficient, m^2, or a table over the curvature. Spatial
+//! scenes need Poisson's ratio, in (-1, 0.5], or the shear modulus; both together are rejected. The two nonlinear
+//! stretches are those of an incompressible material: Poisson's ratios below 0.495 are rejected beside them. A
+//! Mooney-Rivlin ratio without its law is rejected, and so are numbers that are not finite or have a sign that is not
+//! allowed.
 
 use crate::error::Error;
 use crate::scene::number::{Candidates, Quantity};
@@ -94,8 +95,8 @@ impl BendingLaw {
         }
     }
 
-    /// Rejects a table without curvatures or with more than [`MAX_BENDING_POINTS`], curvatures that do not ascend from above
-    /// zero, and another number of ratios. `key` is the path of the law, for the error.
+    /// Rejects a table without curvatures or with more than [`MAX_BENDING_POINTS`], curvatures that do not ascend from
+    /// above zero, and another number of ratios. `key` is the path of the law, for the error.
     pub(super) fn check_table(&self, key: &str) -> Result<(), Error> {
         let Self::Table { curvature, factor } = self else { return Ok(()) };
         let key = |name: &str| format!("{key}.{name}");

@@ -616,8 +616,8 @@ impl StructureScene {
 
 impl<D: Scalar> StructureScene<D> {
     /// Replaces shape, section, taper, natural curvature, masses and material in `scene` by those of the rod of this
-    /// index. Gravity, damping, contacts and `[time]` become those of the structure. Other keys are unchanged. An error for an
-    /// unknown material.
+    /// index. Gravity, damping, contacts and `[time]` become those of the structure. Other keys are unchanged. An error
+    /// for an unknown material.
     pub(crate) fn fill_part(&self, rod: usize, scene: &mut Scene<D>) -> Result<(), Error> {
         let own = &self.rods[rod];
         scene.rod.shape = own.shape.clone();

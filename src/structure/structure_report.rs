@@ -1,10 +1,10 @@
 //! The report of a simulation of a structure: energies, ends of the rods, status and warnings.
 //!
-//! [`StructureReport`] collects times, s, energies, J, contact forces, N, and ends of the rods, m. `push` adds a state, `push_energies`
-//! its time and energies only; both record the largest strain of each rod. `finish` sets the status and the warnings:
-//! defects of the recording that moves ends, steps that resolve it poorly, implausible units, large strains, and a
-//! change of the energy. The latter is compared with the largest kinetic energy, only without damping of rods and
-//! joints and without recorded ends. `summary` is the text for a terminal.
+//! [`StructureReport`] collects times, s, energies, J, contact forces, N, and ends of the rods, m. `push` adds a state,
+//! `push_energies` its time and energies only; both record the largest strain of each rod. `finish` sets the status and
+//! the warnings: defects of the recording that moves ends, steps that resolve it poorly, implausible units, large
+//! strains, and a change of the energy. The latter is compared with the largest kinetic energy, only without damping of
+//! rods and joints and without recorded ends. `summary` is the text for a terminal.
 
 use crate::dynamics::{ContactForces, Work, energy_warning};
 use crate::error::Error;

@@ -52,8 +52,8 @@ impl StrainsOfRods {
         }
     }
 
-    /// Warnings, with their codes, of each rod whose largest strain is beyond the linear range of the material, or whose
-    /// curvature is beyond its table. They have the time of the strain if `is_motion`.
+    /// Warnings, with their codes, of each rod whose largest strain is beyond the linear range of the material, or
+    /// whose curvature is beyond its table. They have the time of the strain if `is_motion`.
     pub fn warnings(&self, is_motion: bool) -> Vec<(Code, String)> {
         let of_rod = |own: &StrainsOfRod| {
             let mut largest = own.record.largest().unwrap_or_default();

@@ -1,10 +1,10 @@
 //! Scenes with known answers, for `rodfit bench --published`: the list [`CASES`].
 //!
-//! Each case has a scene file of `data/published`, a quantity that is measured in a simulation, its exact value, and the
-//! meshes, steps and schemes that are compared. Exact values are [closed forms](crate::command::bench::closed_forms);
-//! that of the bend of 45 degrees is a number of an independent integration. Numbers of the scenes that they require stand
-//! here once more: a test compares simulations on several meshes with them. Lengths are 1 m, except in the bend and the
-//! capstan.
+//! Each case has a scene file of `data/published`, a quantity that is measured in a simulation, its exact value, and
+//! the meshes, steps and schemes that are compared. Exact values are [closed
+//! forms](crate::command::bench::closed_forms); that of the bend of 45 degrees is a number of an independent
+//! integration. Numbers of the scenes that they require stand here once more: a test compares simulations on several
+//! meshes with them. Lengths are 1 m, except in the bend and the capstan.
 
 use crate::command::bench::closed_forms::{
     cantilever_root, catenary_sag, elastica_deflection, pendulum_period, released_cantilever,
@@ -281,8 +281,8 @@ fn released_tip(problem: &Problem) -> Result<CaseMeasurement, Error> {
 }
 
 /// The period of a pendulum that starts on the positive side of the vertical: time between two passages of the tip
-/// towards the negative side, by cubic interpolation within a step, s. None if it passes less often. Errors are those of
-/// the simulation.
+/// towards the negative side, by cubic interpolation within a step, s. None if it passes less often. Errors are those
+/// of the simulation.
 fn period(problem: &Problem) -> Result<CaseMeasurement, Error> {
     let run = problem.simulate()?;
     let times = run.times();

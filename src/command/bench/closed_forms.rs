@@ -91,8 +91,8 @@ pub fn cantilever_root(mode: usize) -> f64 {
 }
 
 /// Deflection of the tip of a cantilever that is released at rest under a uniform load at time 0, over its static
-/// deflection `q L^4/(8 EI)`, as a function of time in units of `sqrt(rho A L^4/EI)`: the series of the modes, `sum_n 32
-/// (-1)^(n+1) s_n/x_n^5 (1 - cos(x_n^2 t))` with `s_n = (cosh x_n + cos x_n)/(sinh x_n + sin x_n)`.
+/// deflection `q L^4/(8 EI)`, as a function of time in units of `sqrt(rho A L^4/EI)`: the series of the modes, `sum_n
+/// 32 (-1)^(n+1) s_n/x_n^5 (1 - cos(x_n^2 t))` with `s_n = (cosh x_n + cos x_n)/(sinh x_n + sin x_n)`.
 pub fn released_cantilever() -> impl Fn(f64) -> f64 {
     let term = |mode: usize| {
         let root = cantilever_root(mode);

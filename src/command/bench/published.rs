@@ -1,11 +1,11 @@
-//! `rodfit bench --published`: errors and times of scenes with known answers, as a table that can be set beside those of
-//! other programs.
+//! `rodfit bench --published`: errors and times of scenes with known answers, as a table that can be set beside those
+//! of other programs.
 //!
-//! Every [case](CASES) is run on several meshes, motions also with several steps and schemes. A row has scene, quantity,
-//! edges, step, scheme, error, wall time and Newton iterations. Cases have the unit of the error, the formula and its
-//! source. [`PublishedReport::new`] runs all of them, [`PublishedReport::summary`] is the text for a terminal and
-//! [`PublishedReport::csv`] a table with one row for each run. A run that fails is an error. A quantity that a motion
-//! does not have is missing in its row.
+//! Every [case](CASES) is run on several meshes, motions also with several steps and schemes. A row has scene,
+//! quantity, edges, step, scheme, error, wall time and Newton iterations. Cases have the unit of the error, the formula
+//! and its source. [`PublishedReport::new`] runs all of them, [`PublishedReport::summary`] is the text for a terminal
+//! and [`PublishedReport::csv`] a table with one row for each run. A run that fails is an error. A quantity that a
+//! motion does not have is missing in its row.
 
 use crate::command::bench::cases::{CASES, PublishedCase};
 use crate::command::bench::timing::fastest;

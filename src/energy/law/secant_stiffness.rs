@@ -8,9 +8,9 @@
 //! H(p) = 1/(2 p) integral of phi - 1 from 0 to p
 //! ```
 //!
-//! Two kinds: `phi = 1 + b p` (cubic moment), and a table of `phi` at up to [`MAX_BENDING_POINTS`] curvatures. Between these
-//! the table is a cubic polynomial of `p`, with the slopes of Fritsch and Butland (SIAM J. Sci. Stat. Comput. 5, 1984):
-//! it is smooth and has no extrema of its own. Beyond the last curvature `phi` is constant.
+//! Two kinds: `phi = 1 + b p` (cubic moment), and a table of `phi` at up to [`MAX_BENDING_POINTS`] curvatures. Between
+//! these the table is a cubic polynomial of `p`, with the slopes of Fritsch and Butland (SIAM J. Sci. Stat. Comput. 5,
+//! 1984): it is smooth and has no extrema of its own. Beyond the last curvature `phi` is constant.
 //!
 //! Input: a `BendingLaw` of the scene; squared curvatures. Output of [`SecantStiffness`]: `H` with its first and second
 //! derivative by `p` (`excess`), and the derivatives of `H` and its first derivative by the numbers of the law

@@ -1,8 +1,8 @@
 //! The table of the 95 % intervals by different methods, as text for a terminal.
 //!
-//! Input are the intervals of a report and the standard errors of its estimates. Every parameter has two rows, the lower
-//! and the upper end, and a column for each method. An open end of a profile is `none`. A method without an interval of
-//! the parameter has a blank cell; the table has no column for one without any interval.
+//! Input are the intervals of a report and the standard errors of its estimates. Every parameter has two rows, the
+//! lower and the upper end, and a column for each method. An open end of a profile is `none`. A method without an
+//! interval of the parameter has a blank cell; the table has no column for one without any interval.
 
 use crate::fit::report::{FitReport, digits};
 use crate::fit::uncertainty::method_intervals::METHODS;

@@ -3,13 +3,14 @@
 //! [`FitReport`] is assembled from the outcome of a fit (`outcome`), the search and the experiments. It serializes to
 //! the JSON of `rodfit fit --json`. `display` makes the text for a terminal, with the estimates (`quoted`,
 //! `estimate_table`, `experiment_estimates`), their `uncertainty` and `budget`, omitted `effects` and `validation`.
-//! `method_table` has the intervals by several methods. `plot_data`, `replay` and `recorded_motion` make the data of the page's plots, `fit_summary` the rows of a
-//! comparison of several fits. `renamed_keys` converts stored reports of version 0.1. Methods of the report:
-//! `parameters` and `parameters_of` (one experiment) are the values for a simulation, `estimate` is the first estimate
-//! of a parameter. `in_a_line` is a line of text for a list of fits. `likely_omitted_effects` and
-//! `undetected_bias_texts` are findings as texts. `is_success` returns whether the grade is usable (exit code 0).
-//! `in_data_unit` converts rad/s to Hz if frequencies were given in Hz and none in rad/s. `resolutions` are mesh, step
-//! and scheme of the experiments for which the program chose any, `digits` is a value with digits by its error.
+//! `method_table` has the intervals by several methods. `plot_data`, `replay` and `recorded_motion` make the data of
+//! the page's plots, `fit_summary` the rows of a comparison of several fits. `renamed_keys` converts stored reports of
+//! version 0.1. Methods of the report: `parameters` and `parameters_of` (one experiment) are the values for a
+//! simulation, `estimate` is the first estimate of a parameter. `in_a_line` is a line of text for a list of fits.
+//! `likely_omitted_effects` and `undetected_bias_texts` are findings as texts. `is_success` returns whether the grade
+//! is usable (exit code 0). `in_data_unit` converts rad/s to Hz if frequencies were given in Hz and none in rad/s.
+//! `resolutions` are mesh, step and scheme of the experiments for which the program chose any, `digits` is a value with
+//! digits by its error.
 
 pub(crate) mod budget;
 mod display;

@@ -1,9 +1,9 @@
 //! Text of the uncertainty of the estimates, beyond the table of estimates.
 //!
 //! Input: a [`FitReport`]. Output: its summary with the discretization error of each parameter (correction and
-//! remaining error), in per cent, or in the unit of a parameter that may be zero. Errors by other methods follow, as far
-//! as they were computed: observed information, differences between experiments, bootstrap, posterior. A table has the
-//! intervals by all methods. The table of estimates by each experiment is next, if the differences between them
+//! remaining error), in per cent, or in the unit of a parameter that may be zero. Errors by other methods follow, as
+//! far as they were computed: observed information, differences between experiments, bootstrap, posterior. A table has
+//! the intervals by all methods. The table of estimates by each experiment is next, if the differences between them
 //! give a reported interval. The strongest correlations (at most [`CORRELATIONS`]), ratios of parameters to the
 //! density, uncertainty budgets and input sensitivities are last.
 

@@ -1,9 +1,9 @@
 //! The 95 % intervals of the parameters by different methods, side by side.
 //!
 //! Input are the estimates of a fit. [`method_intervals`] returns one [`MethodIntervals`] for each: linear (from the
-//! residuals and the Jacobian), profile likelihood, bootstrap and posterior distribution. Methods that were not requested
-//! or have no result are none. Without any of the last three there is nothing to compare, and the list is empty. All
-//! values are in the units of the parameters.
+//! residuals and the Jacobian), profile likelihood, bootstrap and posterior distribution. Methods that were not
+//! requested or have no result are none. Without any of the last three there is nothing to compare, and the list is
+//! empty. All values are in the units of the parameters.
 
 use crate::fit::uncertainty::estimate::Estimate;
 use serde::{Deserialize, Serialize};
@@ -33,8 +33,8 @@ impl MethodIntervals {
         self.profile95.is_some() || self.bootstrap95.is_some() || self.posterior95.is_some()
     }
 
-    /// The ends of the intervals in the order linear, profile likelihood, bootstrap, posterior; none without an interval
-    /// of the method, and none for an open end.
+    /// The ends of the intervals in the order linear, profile likelihood, bootstrap, posterior; none without an
+    /// interval of the method, and none for an open end.
     pub(crate) fn all(&self) -> [Option<[Option<f64>; 2]>; 4] {
         let closed = |ends: Option<[f64; 2]>| ends.map(|ends| ends.map(Some));
         [closed(self.linear95), self.profile95, closed(self.bootstrap95), closed(self.posterior95)]

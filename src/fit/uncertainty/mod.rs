@@ -5,10 +5,10 @@
 //! autocorrelation of the residuals. `covariance` computes the Gauss-Newton covariance, unidentifiable directions,
 //! one-sided bounds and profiles. `budget` propagates standard uncertainties of inputs (GUM). `resampling` refits
 //! simulated data (bootstrap, Monte Carlo) and compares experiments (jackknife). `posterior` samples the posterior
-//! distribution (NUTS). `discretization` estimates the errors
-//! by mesh and time step. `discrepancy` tests for omitted effects and predicts validation data. `warnings` checks data,
-//! residuals and parameters. All findings are added to a `warning_list`, from which [`grade`] derives grade, status and
-//! verdict. `estimate` has the result for each parameter, `method_intervals` its intervals by all methods, `analysis` the options of a fit.
+//! distribution (NUTS). `discretization` estimates the errors by mesh and time step. `discrepancy` tests for omitted
+//! effects and predicts validation data. `warnings` checks data, residuals and parameters. All findings are added to a
+//! `warning_list`, from which [`grade`] derives grade, status and verdict. `estimate` has the result for each
+//! parameter, `method_intervals` its intervals by all methods, `analysis` the options of a fit.
 
 pub(crate) mod analysis;
 pub(crate) mod assessment;

@@ -167,10 +167,10 @@ pub(crate) fn unstated_inputs(search: &Search, knowns: &[Known]) -> Vec<InputCha
         for parameter in Parameter::all(problem.scene()) {
             let path = parameter.path();
             // A number of zero has no relative change.
-            let is_input = is_below(path, &INPUT_PATHS)
-                && !is_below(path, &DIRECTION_PATHS)
-                && !(path.starts_with("contacts.") && contains(path, &NO_INPUTS_OF_CONTACTS))
-                && !(parameter.is_of_structure() && contains(path, &PLACES));
+            let is_left_out = is_below(path, &DIRECTION_PATHS)
+                || path.starts_with("contacts.") && contains(path, &NO_INPUTS_OF_CONTACTS)
+                || parameter.is_of_structure() && contains(path, &PLACES);
+            let is_input = is_below(path, &INPUT_PATHS) && !is_left_out;
             // One per cent of a vector is one per cent of each component.
             let vector = [".x", ".y", ".z"].iter().find_map(|c| path.strip_suffix(c));
             let source = vector.unwrap_or(path);
