@@ -12,7 +12,7 @@ use crate::command::bench::closed_forms::{
 };
 use rodfit::scene::Scheme;
 use rodfit::vibration::{LinearizationPoint, ModeKind};
-use rodfit::{Error, Problem, Trajectory};
+use rodfit::{Equilibrium, Error, Problem, Trajectory};
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::time::{Duration, Instant};
 
@@ -71,7 +71,7 @@ pub const CASES: [PublishedCase; 10] = [
         source: "Bisshopp, Drucker, Quarterly of Applied Mathematics 3 (1945) 272",
         exact: || elastica_deflection(3.0),
         scale: |_| 1.0,
-        measure: |problem| equilibrium(problem, |_, tip| -tip[1]),
+        measure: |problem| equilibrium(problem, |found| -found.tip[1]),
         meshes: MESHES,
         steps: &[],
         schemes: &[],
@@ -85,7 +85,7 @@ pub const CASES: [PublishedCase; 10] = [
         source: "scene of Bathe, Bolourchi, Int. J. Numer. Methods Eng. 14 (1979) 961",
         exact: || 53.471763,
         scale: |_| 25.0 * PI,
-        measure: |problem| equilibrium(problem, |_, tip| tip[2]),
+        measure: |problem| equilibrium(problem, |found| found.tip[2]),
         meshes: MESHES,
         steps: &[],
         schemes: &[],
@@ -99,7 +99,7 @@ pub const CASES: [PublishedCase; 10] = [
         source: "Routh, A Treatise on Analytical Statics, vol. 1 (1896)",
         exact: || catenary_sag(1.0_f64.sin()),
         scale: |_| 1.0,
-        measure: |problem| equilibrium(problem, |nodes, _| sag_below_chord(nodes)),
+        measure: |problem| equilibrium(problem, |found| sag_below_chord(&found.nodes)),
         meshes: MESHES,
         steps: &[],
         schemes: &[],
@@ -227,16 +227,16 @@ fn tension_ratio(problem: &Problem) -> Result<CaseMeasurement, Error> {
     Ok(of_motion(&run, value))
 }
 
-/// The equilibrium, with a quantity of its nodes and its tip, m. Errors are those of the search.
+/// The equilibrium, with a quantity of it. Errors are those of the search.
 fn equilibrium(
     problem: &Problem,
-    quantity: fn(&[[f64; 3]], [f64; 3]) -> f64,
+    quantity: fn(&Equilibrium) -> f64,
 ) -> Result<CaseMeasurement, Error> {
     let start = Instant::now();
     let found = problem.equilibrium()?;
     let time = start.elapsed();
     let newton_iterations = Some(found.newton_iterations);
-    Ok(CaseMeasurement { value: Some(quantity(&found.nodes, found.tip)), time, newton_iterations })
+    Ok(CaseMeasurement { value: Some(quantity(&found)), time, newton_iterations })
 }
 
 /// Distance of the middle node from the line between the first and the last one, in the xy plane, m; 0 without nodes.

@@ -59,20 +59,23 @@ pub struct PublishedReport {
 /// Mesh, number of steps and scheme of a run; the last two are those of a motion.
 struct RunSettings {
     segments: usize,
-    motion: Option<(usize, Scheme)>,
+    steps: Option<usize>,
+    scheme: Option<Scheme>,
 }
 
 /// The runs of a case: all schemes on all meshes, each with its number of steps, or all meshes without a motion.
 fn settings(case: &PublishedCase) -> Vec<RunSettings> {
     if case.steps.is_empty() {
-        let still = |segments: &usize| RunSettings { segments: *segments, motion: None };
+        let still =
+            |segments: &usize| RunSettings { segments: *segments, steps: None, scheme: None };
         return case.meshes.iter().map(still).collect();
     }
     let of_scheme = |scheme: &Scheme| {
         let scheme = *scheme;
         case.meshes.iter().zip(case.steps).map(move |(segments, steps)| RunSettings {
             segments: *segments,
-            motion: Some((*steps, scheme)),
+            steps: Some(*steps),
+            scheme: Some(scheme),
         })
     };
     case.schemes.iter().flat_map(of_scheme).collect()
@@ -83,7 +86,8 @@ fn problem(case: &PublishedCase, settings: &RunSettings) -> Result<(Problem, Opt
     let mut scene = Scene::from_toml(case.toml, ".")?;
     scene.rod.segments = Some(settings.segments);
     let mut step = None;
-    if let (Some(time), Some((steps, scheme))) = (&mut scene.time, settings.motion) {
+    let motion = settings.steps.zip(settings.scheme);
+    if let (Some(time), Some((steps, scheme))) = (&mut scene.time, motion) {
         step = Some(time.end / steps as f64);
         (time.step, time.scheme) = (step, scheme);
     }
@@ -107,7 +111,7 @@ fn row(
     Ok(PublishedRow {
         segments: settings.segments,
         step,
-        scheme: settings.motion.map(|(_, scheme)| scheme.name()),
+        scheme: settings.scheme.map(Scheme::name),
         value,
         error: value.map(|value| (value - exact).abs() / (case.scale)(exact)),
         seconds: time.as_secs_f64(),
