@@ -39,7 +39,7 @@ def run(
     """
     import numpy as np
 
-    if n_elements < 2:
+    if n_elements != int(n_elements) or n_elements < 2:
         raise refused("n_elements", n_elements, "2 or more edges")
     if n_frames < 2:
         raise refused("n_frames", n_frames, "2 or more frames, those of the start and the end")

@@ -101,8 +101,8 @@ impl Limits {
         }
         let damped = scene.is_dissipative();
         let traits = time.scheme.traits();
-        // Exactly as far as its quadrature is exact, which knows nothing of energies of one's own.
-        // Nor is it exact for a table of the bending moment, which is no polynomial of the curvature.
+        // Exactly as far as its quadrature is exact: it is not for user-defined energies.
+        // Nor for a table of the bending moment, which is no polynomial of the curvature.
         let has_table = matches!(scene.material.bending_law, Some(BendingLaw::Table { .. }));
         let exactly =
             traits.energy == EnergyConservation::Exact && !scene.has_own_energies() && !has_table;

@@ -3,8 +3,8 @@
 //! Input: the contacts of a scene and the drawing: one coordinate plane, or space, with the center of all drawn points
 //! and their extent (m). In a coordinate plane a half-space is the line in which its boundary cuts the plane through
 //! the center, a sphere a circle, a cylinder a circle or two lines, and a capsule its outline. In space a half-space is
-//! a square of its boundary, and the others are circles with lines along their axes. What has no end is cut off at the
-//! extent. Output of [`drawn_obstacles`]: polylines (world coordinates, m) of each obstacle at t = 0, and its
+//! a square of its boundary, and the others are circles with lines along their axes. Endless obstacles are cut off at
+//! the extent. Output of [`drawn_obstacles`]: polylines (world coordinates, m) of each obstacle at t = 0, and its
 //! displacements at the given times, m; none for a fixed one.
 
 use crate::numerics::vector::{Vector, add, combine, cross, dot, scale, sub, unit};
@@ -21,7 +21,7 @@ const NORMAL: f64 = 1e-6;
 /// Axes of the world.
 const WORLD: [Vector<f64>; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 
-/// What a drawing shows.
+/// The range of space that a drawing shows.
 pub(super) struct DrawnRange {
     /// The coordinate plane; none of a drawing in space.
     pub plane: Option<DrawingPlane>,

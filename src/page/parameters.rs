@@ -7,7 +7,7 @@
 //! estimates by each of several experiments, for parameters whose estimates differ by more than noise. The last one has
 //! ratios such as stiffness over density that the data determine without the density. Output: HTML tables.
 
-use crate::fit::{Estimate, FitReport, QuotedEstimate, compared_estimates};
+use crate::fit::{Estimate, FitReport, QuotedEstimate, compared_estimates, method_intervals};
 use crate::page::chart::labeled;
 use crate::page::estimate::{NOT_IDENTIFIABLE, estimate_scale, interval};
 use crate::page::html::{note, subsection};
@@ -93,7 +93,9 @@ pub(super) fn parameters(report: &FitReport) -> String {
 /// The HTML table of the 95 % intervals of all parameters by each method, under a heading; an open end of a profile is
 /// `none`. Empty if only linear intervals were computed.
 fn intervals_by_method(report: &FitReport) -> String {
-    let rows = report.method_intervals.iter().zip(&report.parameters);
+    // From the estimates: stored reports of earlier versions have no list.
+    let all = method_intervals(&report.parameters);
+    let rows = all.iter().zip(&report.parameters);
     let closed = |e: &Estimate, ends: Option<[f64; 2]>| ends.map(|x| own_interval(e, x));
     let table = HtmlTable::new("intervals by method", rows)
         .id("methods")

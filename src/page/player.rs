@@ -107,7 +107,10 @@ impl DrawingGrid {
 
     /// The integer coordinates of a displacement, m, as text separated by commas.
     fn displacement(&self, x: &[f64; 3]) -> String {
-        let integer = |k: usize| format!("{:.0}", self.signs[k] * x[self.axes[k]] / self.cell);
+        let integer = |k: usize| {
+            let way = self.signs[k] * x[self.axes[k]] / self.cell;
+            if way.is_finite() { format!("{way:.0}") } else { "0".into() }
+        };
         (0..self.axes.len()).map(integer).collect::<Vec<_>>().join(",")
     }
 

@@ -13,6 +13,7 @@
 
 use crate::code::Code;
 use crate::energy::bend_twist::JointLaw;
+use crate::energy::law::NonlinearBending;
 use crate::numerics::vector::{cross, dot, sub};
 use crate::problem::model_with_setup::AnyModel;
 use crate::problem::{AnyProblem, Problem, with_model};
@@ -123,8 +124,17 @@ pub(crate) struct StrainGauge {
     normal: Option<[f64; 3]>,
     /// Whether the law of the stretch is linear: others hold for large stretches, which are not compared.
     is_linear: bool,
-    /// The last curvature of a table of the bending moment, 1/m.
-    table_end: Option<f64>,
+    /// The table of the bending moment, if the material has one.
+    table: Option<TableRange>,
+}
+
+/// The curvatures that a table of the bending moment covers.
+#[derive(Clone, Debug)]
+struct TableRange {
+    /// The last curvature, 1/m.
+    end: f64,
+    /// Lengths of the joints in the law, m.
+    lengths: Vec<f64>,
 }
 
 impl StrainGauge {
@@ -167,11 +177,17 @@ impl StrainGauge {
         let slopes = lengths.windows(2).enumerate().map(slope).collect();
         let places = problem.arc_lengths().to_vec();
         let is_linear = problem.scene().material.stretch_law == StretchLaw::Linear;
-        let table_end = match &problem.scene().material.bending_law {
+        let end = match &problem.scene().material.bending_law {
             Some(BendingLaw::Table { curvature, .. }) => curvature.last().copied(),
             _ => None,
         };
-        Some(Self { natural, actuators, slopes, places, normal, is_linear, table_end, lengths })
+        let table = end.map(|end| {
+            let lengths = with_model!(problem, |discretized| {
+                discretized.rod().bending.iter().map(NonlinearBending::length).collect()
+            });
+            TableRange { end, lengths }
+        });
+        Some(Self { natural, actuators, slopes, places, normal, is_linear, table, lengths })
     }
 
     /// The natural strains at a time, s; without a time, those at `loads.at_time`.
@@ -213,8 +229,11 @@ impl StrainGauge {
                     LargestStrain { strain, by_bending, place: self.places[i], time, ..largest };
             }
         };
-        let mut curvature =
-            self.table_end.map(|table_end| LargestCurvature { change: 0.0, place: 0.0, table_end });
+        let mut curvature = self.table.as_ref().map(|table| LargestCurvature {
+            change: 0.0,
+            place: 0.0,
+            table_end: table.end,
+        });
         // One pass over the edges: stretch of each, and bending of the joint before it.
         let mut before: Option<[f64; 3]> = None;
         let mut last = position(0);
@@ -229,8 +248,8 @@ impl StrainGauge {
                 let joint = i - 1;
                 let change = self.curvature_change(before, edge, natural.joints[joint]);
                 compare(self.slopes[joint] * change, true, i);
-                if let Some(largest) = &mut curvature {
-                    let change = change / (0.5 * (self.lengths[joint] + self.lengths[i]));
+                if let (Some(largest), Some(table)) = (&mut curvature, &self.table) {
+                    let change = change / table.lengths[joint];
                     if change > largest.change {
                         (largest.change, largest.place) = (change, self.places[i]);
                     }

@@ -292,6 +292,20 @@ impl<D: Scalar> Contact<D> {
         })
     }
 
+    /// Keys of the numbers of forces that depend on the velocity, with whether the scene gives them.
+    pub(super) fn given_losses(&self) -> [(&'static str, bool); 3] {
+        match self {
+            Self::Plane { damping, friction, slip_velocity, .. }
+            | Self::Sphere { damping, friction, slip_velocity, .. }
+            | Self::Cylinder { damping, friction, slip_velocity, .. }
+            | Self::Capsule { damping, friction, slip_velocity, .. } => [
+                ("damping", damping.is_some()),
+                ("friction", friction.is_some()),
+                ("slip_velocity", slip_velocity.is_some()),
+            ],
+        }
+    }
+
     /// Whether the contact has damping above zero.
     pub(crate) fn has_damping(&self) -> bool {
         self.loss().is_some_and(|loss| loss.damping.value() > 0.0)

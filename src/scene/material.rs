@@ -12,6 +12,7 @@ use crate::error::Error;
 use crate::scene::number::{Candidates, Quantity};
 use crate::scene::table::{NumberTree, TABLE, table};
 use serde::{Deserialize, Serialize};
+use std::ops::RangeInclusive;
 
 /// Quantity of Poisson's ratio of an isotropic material, in (-1, 0.5]; a search begins at 0.3.
 const POISSON_RATIO: Quantity =
@@ -19,6 +20,9 @@ const POISSON_RATIO: Quantity =
 
 /// Largest number of curvatures of a table of [`BendingLaw`].
 pub(crate) const MAX_BENDING_POINTS: usize = 16;
+
+/// Range of the curvatures of such a table, 1/m.
+const CURVATURES: RangeInclusive<f64> = 1e-6..=1e6;
 
 /// The law of the stretch: the axial force as a function of the strain.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -87,16 +91,13 @@ table! {
 }
 
 impl BendingLaw {
-    /// Whether the moment is linear in the curvature: a coefficient of zero, or ratios of 1.
+    /// Whether it is a cubic law with the coefficient zero.
     pub(crate) fn is_linear(&self) -> bool {
-        match self {
-            Self::Cubic { coefficient } => *coefficient == 0.0,
-            Self::Table { factor, .. } => factor.iter().all(|ratio| *ratio == 1.0),
-        }
+        matches!(self, Self::Cubic { coefficient } if *coefficient == 0.0)
     }
 
-    /// Rejects a table without curvatures or with more than [`MAX_BENDING_POINTS`], curvatures that do not ascend from
-    /// above zero, and another number of ratios. `key` is the path of the law, for the error.
+    /// Rejects a table without curvatures or with more than [`MAX_BENDING_POINTS`], curvatures that do not ascend
+    /// within [`CURVATURES`], and another number of ratios. `key` is the path of the law, for the error.
     pub(super) fn check_table(&self, key: &str) -> Result<(), Error> {
         let Self::Table { curvature, factor } = self else { return Ok(()) };
         let key = |name: &str| format!("{key}.{name}");
@@ -109,8 +110,9 @@ impl BendingLaw {
             ));
         }
         let before = std::iter::once(&0.0).chain(curvature);
-        if let Some((_, found)) = before.zip(curvature).find(|(a, b)| !(b.is_finite() && b > a)) {
-            let allowed = "finite and ascending from above 0, in 1/m";
+        let is_valid = |a: f64, b: f64| CURVATURES.contains(&b) && b > a;
+        if let Some((_, found)) = before.zip(curvature).find(|(a, b)| !is_valid(**a, **b)) {
+            let allowed = "ascending from 1e-6 to 1e6, in 1/m";
             return Err(Error::invalid(key("curvature"), found, allowed));
         }
         if factor.len() != curvature.len() {

@@ -7,7 +7,7 @@
 //!
 //! `check_step` rejects a step, s, that does not resolve these motions, and `motion_step_warnings` warns of one that
 //! resolves them poorly, by the limits of the module `motion_rate`. `largest_good_step` is the largest one, s, without
-//! a warning; the recording in `supports.path` is left out there, that of a structure is included.
+//! a warning; recordings in `supports.path` and of structures are left out there.
 
 use crate::code::Code;
 use crate::error::Error;
@@ -45,9 +45,12 @@ impl Scene {
         rates.chain(sampled.filter_map(Signal::pulse_rate))
     }
 
-    /// Rates of the motions of obstacles, in the order of the contacts.
+    /// Rates of the motions of obstacles, in the order of the contacts; of a structure, those of its contacts.
     fn obstacle_rates(&self) -> impl Iterator<Item = MotionRate> {
-        self.contacts.iter().enumerate().flat_map(|(i, contact)| {
+        // A scene that represents a structure has no contacts of its own.
+        let structure =
+            self.structure.iter().flat_map(|structure| structure.contacts.iter().enumerate());
+        self.contacts.iter().enumerate().chain(structure).flat_map(|(i, contact)| {
             let motions = contact.motions().iter().enumerate();
             motions.flat_map(move |(k, motion)| {
                 motion.support_motion().rates(&format!("contacts[{i}].motion[{k}]"))

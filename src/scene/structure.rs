@@ -3,11 +3,12 @@
 //!
 //! [`StructureScene`] is generic over the type of its numbers, as [`Scene`]: `map_numbers` converts each by its path,
 //! in which rods, materials and bodies have their names. Rods name materials; joints, supports and loads name rods and
-//! bodies. [`StructureScene::validate`] rejects invalid numbers, names and supports, friction, and a `[time]` without a
-//! step or with an unsupported scheme; files are not read.
+//! bodies. [`StructureScene::validate`] rejects invalid numbers, names, supports and contacts, friction, and a `[time]`
+//! without a step or with an unsupported scheme; files are not read.
 //!
 //! `part` is the scene of one rod alone with given supports. It has shape, section, taper, natural curvature, masses
-//! and material of the rod, and gravity, damping and `[time]` of the structure; `fill_part` replaces these in a scene.
+//! and material of the rod, and gravity, damping, contacts and `[time]` of the structure; `fill_part` replaces these in
+//! a scene.
 
 use crate::error::{Error, ensure};
 use crate::numerics::scalar::Scalar;
@@ -498,9 +499,8 @@ impl StructureScene {
         }
         for (i, contact) in self.contacts.iter().enumerate() {
             let allowed = "no such key: contacts of a structure have neither damping nor friction";
-            let losses = [("damping", contact.has_damping()), ("friction", contact.has_friction())];
-            for (name, is_there) in losses {
-                ensure(!is_there, format!("contacts[{i}].{name}"), "a number above 0", allowed)?;
+            for (name, is_there) in contact.given_losses() {
+                ensure(!is_there, format!("contacts[{i}].{name}"), "a number", allowed)?;
             }
             for (k, motion) in contact.motions().iter().enumerate() {
                 let key = format!("contacts[{i}].motion[{k}].file");

@@ -68,11 +68,13 @@ pub struct AssemblyAtRest<D: RodScalar> {
 }
 
 /// The error of the scene of the rod `name` alone, with the key in the structure: `rods.name.` replaces the prefix
-/// `rod.` or precedes a key without it. Errors other than [`Error::Invalid`] are unchanged.
+/// `rod.` or precedes a key without it, but for keys of contacts. Errors other than [`Error::Invalid`] are unchanged.
 fn of_rod(error: Error, name: &str) -> Error {
     match error {
         Error::Invalid { file, key, found, allowed } => {
             let key = match key.strip_prefix("rod.") {
+                // Contacts are those of the structure.
+                _ if key.starts_with("contacts") => key,
                 Some(rest) => format!("rods.{name}.{rest}"),
                 None => format!("rods.{name}.{key}"),
             };

@@ -16,7 +16,7 @@ use crate::numerics::scalar::RodScalar;
 use crate::problem::penetration::check_start;
 use crate::rod::Rod;
 use crate::scene::number::Quantity;
-use crate::scene::{Scene, StructureScene};
+use crate::scene::{InitialState, Scene, StructureScene};
 use crate::structure::blueprint::{AssemblyAtRest, Blueprint};
 use crate::structure::marker_place::RelaxedFrames;
 use crate::structure::recorded_ends::RecordedEnds;
@@ -92,9 +92,10 @@ impl Structure {
         Ok(structure)
     }
 
-    /// Rejects a structure whose rods overlap an obstacle at rest ([`check_start`]).
+    /// Rejects a structure whose rods overlap an obstacle at rest ([`check_start`]), but for a recorded start.
     fn check_overlaps(&self) -> Result<(), Error> {
-        if self.scene.contacts.is_empty() {
+        // A recorded start is at another place than the shapes of the scene.
+        if self.scene.contacts.is_empty() || self.scene.initial.state == InitialState::Recorded {
             return Ok(());
         }
         let shape = self.shape_at(&self.at_rest.q, &self.at_rest.frames);

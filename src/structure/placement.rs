@@ -163,11 +163,11 @@ pub(super) fn check_joints(
     Ok(())
 }
 
-/// The plane through all nodes of the rods, gravity, point forces, positions of bodies and, at all frames, of the
-/// markers that recorded ends follow ([`Plane::through`]). A structure on one line takes the plane with the first `up`
-/// of a section. An error, with the key, for a quantity that leaves the plane. Offsets of joints may leave it by
-/// [`PLANE_TOLERANCE`] of the longest rod. Axes of hinges and one principal axis of each body must be normal to it, and
-/// springs must have one number for all axes.
+/// The plane through all nodes of the rods, gravity, point forces, positions of bodies, normals, centers and motions of
+/// obstacles and, at all frames, of the markers that recorded ends follow ([`Plane::through`]). A structure on one line
+/// takes the plane with the first `up` of a section. An error, with the key, for a quantity that leaves the plane.
+/// Offsets of joints may leave it by [`PLANE_TOLERANCE`] of the longest rod. Axes of hinges, cylinders and capsules and
+/// one principal axis of each body must be normal to it, and springs must have one number for all axes.
 pub(super) fn common_plane(structure: &StructureScene, meshes: &[Mesh]) -> Result<Plane, Error> {
     let loads = structure.loads.point.iter().enumerate();
     let forces = loads.map(|(k, load)| KeyedVector {

@@ -2,9 +2,9 @@
 //!
 //! [`Structure::simulation`] returns a [`StructureMotion`] at t = 0, without velocity unless it starts from a
 //! recording, which advances to given times (`step_to`). A step that fails, or that the step control rejects, is
-//! replaced by two halves, and so on. The control limits rotations of edges and, by the scene of the first rod and
-//! without recorded ends only, the change of the energy. A step after which a spring in space is rotated too far is an
-//! error.
+//! replaced by two halves, and so on. The control limits rotations of edges and, without recorded ends only, the change
+//! of the energy: by the scene of the first rod with a table of the bending moment, else of the first rod. A step after
+//! which a spring in space is rotated too far is an error.
 //!
 //! [`Structure::simulation_over`] is a simulation over dual numbers, for derivatives, without bisection;
 //! `equilibrium_over` is the equilibrium with derivatives. In space only Newmark-beta and generalised-alpha integrate;
@@ -20,7 +20,7 @@ use crate::numerics::vector::sub;
 use crate::rod::assembly::AssemblyFrames;
 use crate::rod::{Assembly, Energies, Rod};
 use crate::scene::number::Quantity;
-use crate::scene::{InitialState, Scheme, StructurePoint, StructureScene, Time};
+use crate::scene::{BendingLaw, InitialState, Scene, Scheme, StructurePoint, StructureScene, Time};
 use crate::structure::blueprint::AssemblyAtRest;
 use crate::structure::definition::Structure;
 use crate::structure::structure_shape::StructureShape;
@@ -155,7 +155,8 @@ impl Structure {
     /// The table `[time]` of the scene: duration, step and scheme.
     ///
     /// # Errors
-    /// [`Error::Invalid`] for a scene without it, and for a step that does not resolve the recorded motion of the ends.
+    /// [`Error::Invalid`] for a scene without it, and for a step that does not resolve the recorded motion of the ends
+    /// or the motion of an obstacle.
     pub fn time(&self) -> Result<&Time, Error> {
         let StructureScene { time, recording, supports, path, .. } = &self.scene;
         let in_file = |error: Error| error.in_file(path.as_deref());
@@ -165,6 +166,10 @@ impl Structure {
         };
         if let Some(recording) = recording {
             recording.check_step(supports, time.step_size()).map_err(in_file)?;
+        }
+        // All rods touch the same obstacles.
+        if let Some(part) = self.parts().next() {
+            part.check_step(time.step_size()).map_err(in_file)?;
         }
         Ok(time)
     }
@@ -180,9 +185,12 @@ impl Structure {
     /// markers. Also steps that do not resolve the recorded motion of the ends, and a spring that is rotated too far.
     pub fn simulation(&self) -> Result<StructureMotion<'_>, Error> {
         let simulation = self.simulation_of(&self.scene)?;
-        let parts = self.parts().next();
-        // Damping and scheme of the structure are in the scene of each rod: the first one serves.
-        let control = match parts {
+        // Damping and scheme of the structure are in the scene of each rod. A table of the bending moment of one of
+        // them changes the limits; else the first one serves.
+        let has_table =
+            |scene: &&Scene| matches!(scene.material.bending_law, Some(BendingLaw::Table { .. }));
+        let part = self.parts().find(has_table).or_else(|| self.parts().next());
+        let control = match part {
             Some(scene) if self.recorded.is_empty() => StepControl::new(scene, &simulation),
             Some(scene) => StepControl::without_limits(scene, &simulation),
             None => return Err(Error::invalid("rods", "an empty list", "at least one rod")),

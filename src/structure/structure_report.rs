@@ -81,7 +81,7 @@ impl StructureReport {
         self.work = motion.simulation().work();
         self.times.push(motion.time());
         self.energies.push(motion.energies());
-        self.strains.add(shape, motion.time());
+        self.strains.add(shape, Some(motion.time()));
     }
 
     /// Largest absolute difference of the total energy from that of the first state, J, and the largest kinetic energy,

@@ -1,10 +1,12 @@
-//! Warnings of structures: the recording that moves ends, units of the rods, and large strains.
+//! Warnings of structures: the recording that moves ends, motions of obstacles, units of the rods, large strains, and
+//! deep contacts.
 //!
 //! Functions for single rods are called for each rod of a structure, as a scene of its own; messages about a rod begin
 //! with its name. [`Structure`] has `motion_warnings` (codes and texts of the recording, of steps that resolve it
-//! poorly, and of units), `unit_warnings`, and `equilibrium_warnings` (texts of units and strains). [`StrainsOfRods`]
-//! records the largest strain of each rod over all states that `add` receives, and warns of those beyond the linear
-//! range. Rods with a recorded end have no strains, as the distances of markers have tracking errors.
+//! poorly, and of units), `unit_warnings`, and `equilibrium_warnings` (texts of units, strains and contacts).
+//! [`StrainsOfRods`] records the largest strain and overlap of each rod over all states that `add` receives, and warns
+//! of strains beyond the linear range or a table, and of deep contacts. Rods with a recorded end have no strains, as
+//! the distances of markers have tracking errors.
 
 use crate::code::Code;
 use crate::problem::penetration::PenetrationRecord;
@@ -24,7 +26,9 @@ struct StrainsOfRod {
     name: String,
     /// Young's modulus, Pa, for the message.
     youngs_modulus: f64,
+    /// The largest strain; without a gauge it records nothing.
     record: StrainRecord,
+    /// The largest overlap with an obstacle.
     penetration: PenetrationRecord,
 }
 
@@ -41,13 +45,13 @@ impl PartialEq for StrainsOfRods {
 }
 
 impl StrainsOfRods {
-    /// Replaces the largest strain of each rod so far by that of the `shape` at a time, s, if this is larger. Rods that
-    /// the shape lacks are left out.
-    pub fn add(&mut self, shape: &StructureShape, time: f64) {
+    /// Replaces the largest strain and overlap of each rod so far by that of the `shape` at a time, s, if this is
+    /// larger; an equilibrium has no time. Rods that the shape lacks are left out.
+    pub fn add(&mut self, shape: &StructureShape, time: Option<f64>) {
         for own in &mut self.0 {
             if let Some(rod) = shape.rods.get(&own.name) {
-                own.record.add(|i| rod.nodes[i], time);
-                own.penetration.add(|i| rod.nodes[i], Some(time));
+                own.record.add(|i| rod.nodes[i], time.unwrap_or(0.0));
+                own.penetration.add(|i| rod.nodes[i], time);
             }
         }
     }
@@ -68,8 +72,8 @@ impl StrainsOfRods {
 }
 
 impl Structure {
-    /// Warnings, with codes, of a simulation: defects of the recording that moves ends, steps that resolve it poorly,
-    /// and implausible units of each rod.
+    /// Warnings, with codes, of a simulation: defects of the recording that moves ends, steps that resolve it or the
+    /// motions of obstacles poorly, and implausible units of each rod.
     pub(super) fn motion_warnings(&self) -> Vec<(Code, String)> {
         let mut warnings = Vec::new();
         if let Some(recording) = &self.scene.recording {
@@ -77,6 +81,9 @@ impl Structure {
             warnings.extend(recording.recording_warnings(supports));
             let step = self.scene.time.as_ref().map(Time::step_size);
             warnings.extend(step.and_then(|step| recording.step_warning(supports, step)));
+        }
+        if let (Some(time), Some(part)) = (&self.scene.time, self.parts().next()) {
+            warnings.extend(part.motion_step_warnings(time.step_size()));
         }
         warnings.extend(self.unit_warnings());
         warnings
@@ -94,31 +101,30 @@ impl Structure {
         (0..self.scene.rods.len()).filter_map(of_rod).collect()
     }
 
-    /// Records of the strains of all rods without a recorded end, still without a state. Rods whose problem cannot be
-    /// built are left out.
+    /// Records of the strains and overlaps of all rods, still without a state. Rods with a recorded end, and those
+    /// whose problem cannot be built, have no strains.
     pub(super) fn strains(&self) -> StrainsOfRods {
         let of_rod = |(rod, ends): (usize, &[EndSupport; 2])| {
             let is_recorded = |end: &EndSupport| matches!(end, EndSupport::Recorded(_));
-            if ends.iter().any(is_recorded) {
-                return None;
-            }
-            let problem = self.problem_of_rod(rod)?;
-            Some(StrainsOfRod {
+            let problem =
+                if ends.iter().any(is_recorded) { None } else { self.problem_of_rod(rod) };
+            let part = &self.blueprint.parts[rod];
+            StrainsOfRod {
                 name: self.scene.rods[rod].name.clone(),
-                youngs_modulus: problem.scene().material.youngs_modulus,
-                record: StrainRecord::new(&problem),
-                penetration: PenetrationRecord::new(&self.blueprint.parts[rod]),
-            })
+                youngs_modulus: part.material.youngs_modulus,
+                record: problem.map_or_else(StrainRecord::default, |own| StrainRecord::new(&own)),
+                penetration: PenetrationRecord::new(part),
+            }
         };
         let ends = self.blueprint.plan.ends.iter().enumerate();
-        StrainsOfRods(ends.filter_map(of_rod).collect())
+        StrainsOfRods(ends.map(of_rod).collect())
     }
 
-    /// Warnings of an equilibrium of this structure, each with its code in brackets at the end: implausible units and
-    /// large strains of its rods.
+    /// Warnings of an equilibrium of this structure, each with its code in brackets at the end: implausible units,
+    /// large strains and deep contacts of its rods.
     pub fn equilibrium_warnings(&self, found: &StructureEquilibrium) -> Vec<String> {
         let mut strains = self.strains();
-        strains.add(&found.shape, 0.0);
+        strains.add(&found.shape, None);
         let warnings = self.unit_warnings().into_iter().chain(strains.warnings(false));
         warnings.map(|(code, words)| code.behind(words)).collect()
     }

@@ -238,6 +238,8 @@ fn invalid_tables_are_rejected() {
         (vec![1.0, 1.0], vec![1.0, 1.0], "material.bending_law.curvature"),
         (vec![0.0, 1.0], vec![1.0, 1.0], "material.bending_law.curvature"),
         (vec![1.0, f64::INFINITY], vec![1.0, 1.0], "material.bending_law.curvature"),
+        (vec![1e-170, 1.0], vec![1.0, 1.0], "material.bending_law.curvature"),
+        (vec![1.0, 1e200], vec![1.0, 1.0], "material.bending_law.curvature"),
         ((1..=17).map(f64::from).collect(), vec![1.0; 17], "material.bending_law.curvature"),
         (vec![1.0, 2.0], vec![1.0], "material.bending_law.factor"),
         (vec![1.0, 2.0], vec![1.0, 0.0], "material.bending_law.factor"),

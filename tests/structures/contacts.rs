@@ -233,7 +233,8 @@ fn contacts_that_a_structure_does_not_have_are_rejected() {
     let beside = "[[contacts]]\nkind = \"cylinder\"\npoint = [0, -0.1, 0]\naxis = [0, 0, 1]\nradius = 0.099\n";
     for (contact, key) in [
         (format!("{FLOOR}friction = 0.3\n"), "contacts[0].friction"),
-        (format!("{FLOOR}damping = 0.3\n"), "contacts[0].damping"),
+        (format!("{FLOOR}damping = 0\n"), "contacts[0].damping"),
+        (format!("{FLOOR}slip_velocity = 1e-3\n"), "contacts[0].slip_velocity"),
         (format!("{FLOOR}{motion}"), "contacts[0].motion[0].file"),
         (FLOOR.replace("[0, 1, 0]", "[0, 0, 0]"), "contacts[0].normal"),
         (FLOOR.replace("-0.02", "0.001"), "contacts[0]"),
@@ -247,7 +248,13 @@ fn contacts_that_a_structure_does_not_have_are_rejected() {
     // Another scheme than those of contacts; without a scheme it is generalised-alpha.
     let rodas4 = text(FLOOR) + "scheme = \"rodas4\"\n";
     let found = StructureScene::from_toml(&rodas4, ".").and_then(Structure::new);
-    assert!(found.unwrap_err().to_string().contains("contacts"));
+    let error = found.unwrap_err().to_string();
+    assert!(error.starts_with("contacts:"), "{error}");
+    // Ten steps make a hundred periods of the obstacle.
+    let fast = format!("{FLOOR}motion = [{{ displacement = [0, -0.001, 0], frequency = 1e3 }}]\n");
+    let structure = Structure::new(StructureScene::from_toml(&text(&fast), ".").unwrap()).unwrap();
+    let error = structure.simulation().unwrap_err().to_string();
+    assert!(error.contains("contacts[0].motion[0]"), "{error}");
     let plain = StructureScene::from_toml(&text(FLOOR), ".").unwrap();
     assert_eq!(plain.time.unwrap().scheme, rodfit::scene::Scheme::GeneralisedAlpha);
 }

@@ -16,7 +16,7 @@ use rodfit::{Equilibrium, Error, Problem, Trajectory};
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::time::{Duration, Instant};
 
-/// What a simulation gave, and its cost.
+/// The measured quantity of a simulation, and its cost.
 pub struct CaseMeasurement {
     /// The quantity of the case; none if the motion does not have it.
     pub value: Option<f64>,
@@ -34,7 +34,7 @@ pub struct PublishedCase {
     pub toml: &'static str,
     /// The quantity that is measured.
     pub quantity: &'static str,
-    /// What errors are fractions of.
+    /// The quantity of which errors are fractions.
     pub error_unit: &'static str,
     /// The exact value as a formula.
     pub formula: &'static str,
@@ -42,7 +42,7 @@ pub struct PublishedCase {
     pub source: &'static str,
     /// The exact value.
     pub exact: fn() -> f64,
-    /// What errors are divided by, from the exact value.
+    /// The divisor of errors, from the exact value.
     pub scale: fn(f64) -> f64,
     /// Computes the quantity of a problem.
     pub measure: fn(&Problem) -> Result<CaseMeasurement, Error>,

@@ -24,7 +24,7 @@ pub(crate) mod stiffness;
 pub use hyperelastic::NonlinearPart;
 pub use nonlinear_bending::{BendingSlopes, NonlinearBending};
 pub use rate::{LawRate, LawSlopes};
-pub use secant_stiffness::SecantStiffness;
+pub use secant_stiffness::{SecantStiffness, SecantTable};
 pub use slip::{ActiveSlipElements, SlipElements, Spring};
 pub use stiffness::{Stiffness, StiffnessEntry, Symmetric};
 

@@ -60,7 +60,7 @@ const fn bending_strains(strains: usize) -> usize {
     if strains == 1 { 1 } else { 2 }
 }
 
-/// The state of a joint: its strains and what its stresses depend on.
+/// The state of a joint: its strains, and the quantities in its energy and stresses.
 struct Bent<D, const S: usize> {
     /// The difference `s` from the natural curvatures; zero for twisting.
     s: [D; S],
@@ -91,6 +91,11 @@ impl<D: Scalar, K: Symmetric<D, S>, const S: usize> NonlinearBending<D, K, S> {
             inverse_square_length: (length * length).recip(),
             secant: Arc::clone(secant),
         }
+    }
+
+    /// The length of the joint, m.
+    pub fn length(&self) -> D {
+        self.inverse_square_length.sqrt().recip()
     }
 
     /// The state at these strains.

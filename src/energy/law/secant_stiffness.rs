@@ -11,6 +11,8 @@
 //! Two kinds: `phi = 1 + b p` (cubic moment), and a table of `phi` at up to [`MAX_BENDING_POINTS`] curvatures. Between
 //! these the table is a cubic polynomial of `p`, with the slopes of Fritsch and Butland (SIAM J. Sci. Stat. Comput. 5,
 //! 1984): it is smooth and has no extrema of its own. Beyond the last curvature `phi` is constant.
+//! Where `phi` has an extremum or two equal ratios follow each other, the slope is zero; its derivative by the ratios
+//! then jumps, and is taken as zero.
 //!
 //! Input: a `BendingLaw` of the scene; squared curvatures. Output of [`SecantStiffness`]: `H` with its first and second
 //! derivative by `p` (`excess`), and the derivatives of `H` and its first derivative by the numbers of the law

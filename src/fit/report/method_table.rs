@@ -5,19 +5,21 @@
 //! interval of the parameter has a blank cell; the table has no column for one without any interval.
 
 use crate::fit::report::{FitReport, digits};
-use crate::fit::uncertainty::method_intervals::METHODS;
+use crate::fit::uncertainty::method_intervals::{METHODS, method_intervals};
 use crate::summary::{SummaryTable, TextColumn};
 
 /// The table with the columns parameter, end, methods and unit; none if no methods are compared.
 pub(super) fn method_table(report: &FitReport) -> Option<SummaryTable> {
-    if report.method_intervals.is_empty() {
+    // From the estimates: stored reports of earlier versions have no list.
+    let all = method_intervals(&report.parameters);
+    if all.is_empty() {
         return None;
     }
     let left = ["parameter", "end"].map(TextColumn::left);
     let methods = METHODS.map(TextColumn::right);
     let unit = [TextColumn::left("unit")];
     let mut table = SummaryTable::new(left.into_iter().chain(methods).chain(unit));
-    for (intervals, estimate) in report.method_intervals.iter().zip(&report.parameters) {
+    for (intervals, estimate) in all.iter().zip(&report.parameters) {
         for (k, end) in ["from", "to"].into_iter().enumerate() {
             // Digits by the standard error; without one, by about that of the interval.
             let text = |ends: [Option<f64>; 2]| {

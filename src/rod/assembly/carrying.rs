@@ -42,6 +42,9 @@ pub trait MemberRod<D: RodScalar>: AssembledRod<D> + Debug {
 
     /// Sets mass and dead load of the coordinates of a node to zero; the inertia of an angle stays.
     fn clear_node(&mut self, node: usize);
+
+    /// Whether the rod may touch obstacles.
+    fn has_contacts(&self) -> bool;
 }
 
 impl<D: RodScalar, L: Layout<N, S>, const N: usize, const S: usize> MemberRod<D>
@@ -76,6 +79,11 @@ impl<D: RodScalar, L: Layout<N, S>, const N: usize, const S: usize> MemberRod<D>
         // Mass and weight of a carried node are those of its body; only the edge keeps its inertia.
         self.mass[L::STRIDE * node..][..N].fill(D::from(0.0));
         self.load[node].force = [D::from(0.0); N];
+    }
+
+    /// Whether the rod may touch obstacles.
+    fn has_contacts(&self) -> bool {
+        !self.contacts.is_empty()
     }
 }
 

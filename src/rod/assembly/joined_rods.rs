@@ -13,7 +13,9 @@
 //!   velocities that follow from the bodies; gaps stay.
 //! - `gradient` (N, N m) and `tangent_with_tensions` (N/m, also with expected axial forces) overwrite their results;
 //!   `tensions_after` predicts axial forces, N, after a change of the unknowns.
-//! - `energies` (J; kinetic and user-defined ones are zero), `strains`, and `strain_energies` of given strains.
+//! - `energies` (J; the kinetic one is zero, user-defined ones are those of contacts), `strains`, and `strain_energies` of given strains.
+//! - `passed_obstacle`, `has_moved_obstacles`, `move_obstacles`, `obstacle_work` (J) and `contact_gradients` (N) are
+//!   those of contacts with obstacles.
 //! - `folded_node` and `over_rotated_edge` return the first fold or large rotation of a step, `None` without one.
 //! - `move_frames` moves the frames of rods and rotations to other unknowns.
 //! - `mass` is the lumped mass of every unknown (arbitrary and positive for those without effect), `zero_tangent` a
@@ -322,6 +324,9 @@ impl<D: RodScalar, L: AssemblyLayout> JoinedRods<D, L> {
         frames: &AssemblyFrames<D>,
     ) -> Option<usize> {
         // All rods have the same contacts.
+        if !self.members.iter().any(|member| member.rod.has_contacts()) {
+            return None;
+        }
         self.find_place(
             [before, now],
             frames,

@@ -3,8 +3,9 @@
 //! An [`InputChange`] is the change of one number, or of the components of a vector. Each of its parts has the number,
 //! its value and its change, both in its unit, in the experiments with this value. `of_known` is the change of a known
 //! input by one standard uncertainty, `with_size` that of an omitted effect by a given size. [`unstated_inputs`]
-//! returns changes by +1 % of other nonzero numbers of geometry, material, loads, camera scale and motion
-//! (`INPUT_PATHS`). Left out are directions, points of a structure (`PLACES`), numbers that are identified or known,
+//! returns changes by +1 % of other nonzero numbers of geometry, material, loads, camera scale and motion, then of
+//! signals, actuators and contacts (`INPUT_PATHS`). Left out are directions, points of a structure (`PLACES`), slip
+//! velocities of contacts, numbers that are identified or known,
 //! and those without derivatives in the model. Numbers after the first [`MOST_NUMBERS`] are left out, but for
 //! components of vectors that have begun; those of a vector are one change. Derivatives of the residuals by these
 //! numbers yield the [input directions](crate::fit::uncertainty::budget::input_directions). `shifted` moves the values
@@ -41,6 +42,8 @@ const INPUT_PATHS: [&str; 17] = [
     "bodies.",
     "joints.",
 ];
+/// Paths of inputs that come after all others, which would be left out beyond [`MOST_NUMBERS`] of these.
+const LATER_PATHS: [&str; 3] = ["signals.", "actuation.", "contacts."];
 /// Paths of direction vectors, whose length has no effect.
 const DIRECTION_PATHS: [&str; 3] = ["rod.shape.direction", "rod.shape.axis", "rod.section.up"];
 /// Parts of the paths of numbers of contacts that are no inputs: lengths of direction vectors, and the speed that
@@ -50,6 +53,8 @@ const NO_INPUTS_OF_CONTACTS: [&str; 3] = [".normal.", ".axis.", ".slip_velocity"
 /// of a joint.
 const PLACES: [&str; 6] =
     [".shape.direction", ".shape.axis", ".section.up", ".origin.", ".position.", ".connects."];
+/// Path of the factors of a table of the bending moment.
+const TABLE_PATH: &str = "material.bending_law.factor";
 /// Relative difference up to which changes of the density are equal, up to rounding.
 const EQUAL: f64 = 1e-9;
 
@@ -164,7 +169,9 @@ pub(crate) fn unstated_inputs(search: &Search, knowns: &[Known]) -> Vec<InputCha
     for experiment in search.experiments {
         let problem = &experiment.problem;
         // Every number of the scene, each once over all experiments.
-        for parameter in Parameter::all(problem.scene()) {
+        let mut all: Vec<Parameter> = Parameter::all(problem.scene()).into_iter().collect();
+        all.sort_by_key(|parameter| is_below(parameter.path(), &LATER_PATHS));
+        for parameter in all {
             let path = parameter.path();
             // A number of zero has no relative change.
             let is_left_out = is_below(path, &DIRECTION_PATHS)
@@ -173,6 +180,8 @@ pub(crate) fn unstated_inputs(search: &Search, knowns: &[Known]) -> Vec<InputCha
             let is_input = is_below(path, &INPUT_PATHS) && !is_left_out;
             // One per cent of a vector is one per cent of each component.
             let vector = [".x", ".y", ".z"].iter().find_map(|c| path.strip_suffix(c));
+            // So is one per cent of all factors of a table.
+            let vector = vector.or_else(|| path.starts_with(TABLE_PATH).then_some(TABLE_PATH));
             let source = vector.unwrap_or(path);
             // The components of a vector that has begun are completed.
             let is_new = changes.iter().all(|change| change.source != source);
