@@ -126,6 +126,7 @@ pub use uncertainty::discretization::errors::DiscretizationError;
 pub use uncertainty::estimate::{ClusterJackknife, Estimate, ExperimentEstimate};
 pub use uncertainty::grade::Grade;
 pub use uncertainty::method_intervals::MethodIntervals;
+#[cfg(feature = "page")]
 pub(crate) use uncertainty::method_intervals::method_intervals;
 pub use uncertainty::noise::noise_scale::NoiseScale;
 pub use uncertainty::noise::residual_noise::LossEffect;

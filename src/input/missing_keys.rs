@@ -5,7 +5,8 @@
 //! all missing keys by the [`Rule`]s of the file kind, or one key with the line of its table. Else it has the message
 //! of the TOML reader with line, column and the token at fault, and with types in words. A [`Rule`] has the required
 //! keys of one table, which is required itself ([`always`]) or optional ([`if_there`]). Files of scenes, structures,
-//! fits and campaigns are read with it. [`placeholders`] lists the keys with placeholders.
+//! fits and campaigns are read with it. [`placeholders`] lists the keys with placeholders, and [`has_key`] returns
+//! whether a text gives a key of a table.
 
 use crate::error::Error;
 use marker_files::printable::{column_name, token, with_tokens_cut};
@@ -206,6 +207,12 @@ fn key_before(text: &str) -> String {
     let line = text.rsplit('\n').next().unwrap_or_default().trim_end();
     let key = line.strip_suffix('=').and_then(|line| line.rsplit(['{', ',']).next());
     key.map_or(String::new(), |key| format!("{} = ", column_name(key.trim())))
+}
+
+/// Whether the TOML text of a file has the key `key` in the table `name`; false for a text that cannot be parsed.
+pub(crate) fn has_key(text: &str, name: &str, key: &str) -> bool {
+    let file = toml::from_str::<toml::Table>(text).unwrap_or_default();
+    file.get(name).is_some_and(|table| table.get(key).is_some())
 }
 
 /// Deserializes a TOML text into a value of type `T`. `required` has the rules for the required keys of its kind, for

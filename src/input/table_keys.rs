@@ -1,8 +1,7 @@
 //! Keys of a table of an input file, from the type that it is deserialized as.
 //!
 //! [`table_keys`] takes the names of the fields of a struct from its deserialization (serde), and reads no value.
-//! Fields that are not part of files are left out, and renamed ones have their name in the file. [`has_key`] returns
-//! whether a text gives a key of a table.
+//! Fields that are not part of files are left out, and renamed ones have their name in the file.
 
 use serde::de::value::Error;
 use serde::de::{Deserialize, Deserializer, Error as _, Visitor};
@@ -13,12 +12,6 @@ pub(crate) fn table_keys<'de, T: Deserialize<'de>>() -> &'static [&'static str] 
     // The reader has no values: it always ends with an error, after the names were given.
     drop(T::deserialize(KeyReader(&mut keys)));
     keys
-}
-
-/// Whether the TOML text of a file has the key `key` in the table `name`; false for a text that cannot be parsed.
-pub(crate) fn has_key(text: &str, name: &str, key: &str) -> bool {
-    let file = toml::from_str::<toml::Table>(text).unwrap_or_default();
-    file.get(name).is_some_and(|table| table.get(key).is_some())
 }
 
 /// A serde source without values, which stores the names of the fields of the struct that is read from it.

@@ -13,8 +13,7 @@
 
 use crate::error::{Error, GIVEN_AS_TEXT};
 use crate::input::hints::{SCENE, explained};
-use crate::input::missing_keys::parse;
-use crate::input::table_keys::has_key;
+use crate::input::missing_keys::{has_key, parse};
 use crate::scene::required::REQUIRED;
 use crate::scene::scheme::Scheme;
 use crate::scene::shape::Shape;

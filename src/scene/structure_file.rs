@@ -12,8 +12,7 @@
 
 use crate::error::{Error, GIVEN_AS_TEXT};
 use crate::input::hints::{STRUCTURE, explained};
-use crate::input::missing_keys::{Rule, always, if_there, parse};
-use crate::input::table_keys::has_key;
+use crate::input::missing_keys::{Rule, always, has_key, if_there, parse};
 use crate::scene::required::{section_keys, shape_keys};
 use crate::scene::{Scheme, Shape, StructureRecording, StructureScene};
 use std::path::{Path, PathBuf};
