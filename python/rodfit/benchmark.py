@@ -9,6 +9,8 @@ The harness measures the time and compares the positions.
 from __future__ import annotations
 
 import os
+from numbers import Integral
+
 from ._errors import refused
 from ._scene import Scene
 
@@ -39,10 +41,9 @@ def run(
     """
     import numpy as np
 
-    if n_elements != int(n_elements) or n_elements < 2:
-        raise refused("n_elements", n_elements, "2 or more edges")
-    if n_frames < 2:
-        raise refused("n_frames", n_frames, "2 or more frames, those of the start and the end")
+    for name, number in {"n_elements": n_elements, "n_frames": n_frames}.items():
+        if not isinstance(number, Integral) or number < 2:
+            raise refused(name, number, "a whole number, 2 or more")
     scene = scenario if isinstance(scenario, Scene) else Scene(scenario)
     time = {key: value for key, value in {"step": step, "scheme": scheme}.items() if value is not None}
     if time and "time" not in scene.to_dict():

@@ -1,6 +1,7 @@
 """The function for benchmark harnesses."""
 
 import pathlib
+from typing import Any
 
 import numpy as np
 import pytest
@@ -44,8 +45,8 @@ def test_period_of_the_pendulum_converges_to_its_closed_form() -> None:
     assert errors[1] < 1e-3 and errors[0] > 3 * errors[1]
 
 
-@pytest.mark.parametrize("sizes, key", [((1, 5), "n_elements"), ((10, 1), "n_frames")])
-def test_too_small_sizes_are_rejected(sizes: tuple[int, int], key: str) -> None:
+@pytest.mark.parametrize("sizes, key", [((1, 5), "n_elements"), ((10, 1), "n_frames"), ((10.5, 5), "n_elements"), ((10, "5"), "n_frames")])
+def test_invalid_sizes_are_rejected(sizes: tuple[Any, Any], key: str) -> None:
     with pytest.raises(rodfit.InputError, match=key):
         run(DATA / "cantilever.toml", *sizes)
 

@@ -34,7 +34,7 @@ use crate::dynamics::simulation::Simulation;
 use crate::error::Error;
 use crate::rod::Rod;
 use crate::scene::scheme::EnergyConservation;
-use crate::scene::{BendingLaw, Scene, Scheme};
+use crate::scene::{Scene, Scheme};
 
 /// How often a step is halved before the run ends: the smallest step is 1/64 of the scene's.
 pub(crate) const HALVINGS: u32 = 6;
@@ -101,11 +101,10 @@ impl Limits {
         }
         let damped = scene.is_dissipative();
         let traits = time.scheme.traits();
-        // Exactly as far as its quadrature is exact: it is not for user-defined energies.
-        // Nor for a table of the bending moment, which is no polynomial of the curvature.
-        let has_table = matches!(scene.material.bending_law, Some(BendingLaw::Table { .. }));
-        let exactly =
-            traits.energy == EnergyConservation::Exact && !scene.has_own_energies() && !has_table;
+        // The quadrature of an exact scheme is not exact for user-defined energies and for tables of the bending moment.
+        let exactly = traits.energy == EnergyConservation::Exact
+            && !scene.has_own_energies()
+            && !scene.material.has_bending_table();
         if exactly && !damped {
             return Some(Self {
                 per_step: EXACT_PER_STEP,

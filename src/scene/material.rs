@@ -124,6 +124,13 @@ impl BendingLaw {
     }
 }
 
+impl<D> Material<D> {
+    /// Whether the bending moment is given by a table.
+    pub(crate) fn has_bending_table(&self) -> bool {
+        matches!(self.bending_law, Some(BendingLaw::Table { .. }))
+    }
+}
+
 impl Material {
     /// Material of a density, kg/m^3, and a Young's modulus, Pa, without Poisson's ratio and shear modulus.
     pub fn new(density: f64, youngs_modulus: f64) -> Self {

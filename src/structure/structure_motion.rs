@@ -20,7 +20,7 @@ use crate::numerics::vector::sub;
 use crate::rod::assembly::AssemblyFrames;
 use crate::rod::{Assembly, Energies, Rod};
 use crate::scene::number::Quantity;
-use crate::scene::{BendingLaw, InitialState, Scene, Scheme, StructurePoint, StructureScene, Time};
+use crate::scene::{InitialState, Scene, Scheme, StructurePoint, StructureScene, Time};
 use crate::structure::blueprint::AssemblyAtRest;
 use crate::structure::definition::Structure;
 use crate::structure::structure_shape::StructureShape;
@@ -187,8 +187,7 @@ impl Structure {
         let simulation = self.simulation_of(&self.scene)?;
         // Damping and scheme of the structure are in the scene of each rod. A table of the bending moment of one of
         // them changes the limits; else the first one serves.
-        let has_table =
-            |scene: &&Scene| matches!(scene.material.bending_law, Some(BendingLaw::Table { .. }));
+        let has_table = |scene: &&Scene| scene.material.has_bending_table();
         let part = self.parts().find(has_table).or_else(|| self.parts().next());
         let control = match part {
             Some(scene) if self.recorded.is_empty() => StepControl::new(scene, &simulation),

@@ -12,7 +12,7 @@ use crate::rod::Energies;
 use crate::structure::definition::Structure;
 use crate::structure::structure_motion::StructureMotion;
 use crate::structure::structure_shape::StructureShape;
-use crate::structure::structure_warnings::StrainsOfRods;
+use crate::structure::structure_warnings::ExtremesOfRods;
 use crate::summary::{Summary, Tone};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -43,15 +43,15 @@ pub struct StructureReport {
     /// The last state.
     #[serde(flatten)]
     pub shape: StructureShape,
-    /// Largest strains so far.
+    /// Largest strains and overlaps so far.
     #[serde(skip)]
-    strains: StrainsOfRods,
+    extremes: ExtremesOfRods,
 }
 
 impl StructureReport {
     /// A report of a structure without states: only the number of unknowns that move is set, and no strain is recorded.
     pub fn new(structure: &Structure) -> Self {
-        Self { dof: structure.dof(), strains: structure.strains(), ..Self::default() }
+        Self { dof: structure.dof(), extremes: structure.extremes(), ..Self::default() }
     }
 
     /// Adds time, energies, contact forces and the end (`tip`) of every rod of the present state of `motion`, and
@@ -81,7 +81,7 @@ impl StructureReport {
         self.work = motion.simulation().work();
         self.times.push(motion.time());
         self.energies.push(motion.energies());
-        self.strains.add(shape, Some(motion.time()));
+        self.extremes.add(shape, Some(motion.time()));
     }
 
     /// Largest absolute difference of the total energy from that of the first state, J, and the largest kinetic energy,
@@ -103,7 +103,7 @@ impl StructureReport {
             structure.parts().next().and_then(|scene| energy_warning(scene, change / kinetic));
         let is_conservative = structure.recorded.is_empty() && !structure.scene.has_damped_joints();
         let energy = energy.filter(|_| kinetic > 0.0 && is_conservative);
-        let warnings = structure.motion_warnings().into_iter().chain(self.strains.warnings(true));
+        let warnings = structure.motion_warnings().into_iter().chain(self.extremes.warnings(true));
         self.warnings = warnings.chain(energy).map(|(code, words)| code.behind(&words)).collect();
         self.status = match outcome {
             Ok(()) => "completed".into(),

@@ -4,7 +4,7 @@
 //! Functions for single rods are called for each rod of a structure, as a scene of its own; messages about a rod begin
 //! with its name. [`Structure`] has `motion_warnings` (codes and texts of the recording, of steps that resolve it
 //! poorly, and of units), `unit_warnings`, and `equilibrium_warnings` (texts of units, strains and contacts).
-//! [`StrainsOfRods`] records the largest strain and overlap of each rod over all states that `add` receives, and warns
+//! [`ExtremesOfRods`] records the largest strain and overlap of each rod over all states that `add` receives, and warns
 //! of strains beyond the linear range or a table, and of deep contacts. Rods with a recorded end have no strains, as
 //! the distances of markers have tracking errors.
 
@@ -19,38 +19,38 @@ use crate::structure::plan::EndSupport;
 use crate::structure::structure_shape::StructureShape;
 use std::f64::consts::SQRT_2;
 
-/// The strains of one rod.
+/// Largest strain and overlap of one rod.
 #[derive(Clone, Debug)]
-struct StrainsOfRod {
+struct ExtremesOfRod {
     /// Name of the rod.
     name: String,
     /// Young's modulus, Pa, for the message.
     youngs_modulus: f64,
     /// The largest strain; without a gauge it records nothing.
-    record: StrainRecord,
+    strain: StrainRecord,
     /// The largest overlap with an obstacle.
     penetration: PenetrationRecord,
 }
 
-/// Largest strains of the rods of a structure.
+/// Largest strains and overlaps of the rods of a structure.
 #[derive(Clone, Debug, Default)]
-pub(super) struct StrainsOfRods(Vec<StrainsOfRod>);
+pub(super) struct ExtremesOfRods(Vec<ExtremesOfRod>);
 
 /// All records are equal, so that they do not distinguish reports.
-impl PartialEq for StrainsOfRods {
-    /// True for any two records, whatever their strains.
+impl PartialEq for ExtremesOfRods {
+    /// True for any two records.
     fn eq(&self, _: &Self) -> bool {
         true
     }
 }
 
-impl StrainsOfRods {
+impl ExtremesOfRods {
     /// Replaces the largest strain and overlap of each rod so far by that of the `shape` at a time, s, if this is
     /// larger; an equilibrium has no time. Rods that the shape lacks are left out.
     pub fn add(&mut self, shape: &StructureShape, time: Option<f64>) {
         for own in &mut self.0 {
             if let Some(rod) = shape.rods.get(&own.name) {
-                own.record.add(|i| rod.nodes[i], time.unwrap_or(0.0));
+                own.strain.add(|i| rod.nodes[i], time.unwrap_or(0.0));
                 own.penetration.add(|i| rod.nodes[i], time);
             }
         }
@@ -59,8 +59,8 @@ impl StrainsOfRods {
     /// Warnings, with their codes, of each rod whose largest strain is beyond the linear range of the material, or
     /// whose curvature is beyond its table. They have the time of the strain if `is_motion`.
     pub fn warnings(&self, is_motion: bool) -> Vec<(Code, String)> {
-        let of_rod = |own: &StrainsOfRod| {
-            let mut largest = own.record.largest().unwrap_or_default();
+        let of_rod = |own: &ExtremesOfRod| {
+            let mut largest = own.strain.largest().unwrap_or_default();
             largest.time = largest.time.filter(|_| is_motion);
             let strained = largest.warnings(own.youngs_modulus).into_iter();
             let warnings = strained.chain(own.penetration.warning());
@@ -103,29 +103,29 @@ impl Structure {
 
     /// Records of the strains and overlaps of all rods, still without a state. Rods with a recorded end, and those
     /// whose problem cannot be built, have no strains.
-    pub(super) fn strains(&self) -> StrainsOfRods {
+    pub(super) fn extremes(&self) -> ExtremesOfRods {
         let of_rod = |(rod, ends): (usize, &[EndSupport; 2])| {
             let is_recorded = |end: &EndSupport| matches!(end, EndSupport::Recorded(_));
             let problem =
                 if ends.iter().any(is_recorded) { None } else { self.problem_of_rod(rod) };
             let part = &self.blueprint.parts[rod];
-            StrainsOfRod {
+            ExtremesOfRod {
                 name: self.scene.rods[rod].name.clone(),
                 youngs_modulus: part.material.youngs_modulus,
-                record: problem.map_or_else(StrainRecord::default, |own| StrainRecord::new(&own)),
+                strain: problem.map_or_else(StrainRecord::default, |own| StrainRecord::new(&own)),
                 penetration: PenetrationRecord::new(part),
             }
         };
         let ends = self.blueprint.plan.ends.iter().enumerate();
-        StrainsOfRods(ends.map(of_rod).collect())
+        ExtremesOfRods(ends.map(of_rod).collect())
     }
 
     /// Warnings of an equilibrium of this structure, each with its code in brackets at the end: implausible units,
     /// large strains and deep contacts of its rods.
     pub fn equilibrium_warnings(&self, found: &StructureEquilibrium) -> Vec<String> {
-        let mut strains = self.strains();
-        strains.add(&found.shape, None);
-        let warnings = self.unit_warnings().into_iter().chain(strains.warnings(false));
+        let mut extremes = self.extremes();
+        extremes.add(&found.shape, None);
+        let warnings = self.unit_warnings().into_iter().chain(extremes.warnings(false));
         warnings.map(|(code, words)| code.behind(words)).collect()
     }
 

@@ -57,6 +57,22 @@ pub struct PublishedCase {
 /// Meshes of equilibria and frequencies.
 const MESHES: &[usize] = &[10, 20, 40, 80];
 
+/// Defaults of cases without a motion.
+const STILL: PublishedCase = PublishedCase {
+    scene: "",
+    toml: "",
+    quantity: "",
+    error_unit: "",
+    formula: "",
+    source: "",
+    exact: || f64::NAN,
+    scale: |_| f64::NAN,
+    measure: |_| Ok(CaseMeasurement { value: None, time: Duration::ZERO, newton_iterations: None }),
+    meshes: MESHES,
+    steps: &[],
+    schemes: &[],
+};
+
 /// Acceleration of gravity of the pendulum, m/s^2.
 const PENDULUM_GRAVITY: f64 = 9.81;
 
@@ -72,9 +88,7 @@ pub const CASES: [PublishedCase; 10] = [
         exact: || elastica_deflection(3.0),
         scale: |_| 1.0,
         measure: |problem| equilibrium(problem, |found| -found.tip[1]),
-        meshes: MESHES,
-        steps: &[],
-        schemes: &[],
+        ..STILL
     },
     PublishedCase {
         scene: "bend",
@@ -86,9 +100,7 @@ pub const CASES: [PublishedCase; 10] = [
         exact: || 53.471763,
         scale: |_| 25.0 * PI,
         measure: |problem| equilibrium(problem, |found| found.tip[2]),
-        meshes: MESHES,
-        steps: &[],
-        schemes: &[],
+        ..STILL
     },
     PublishedCase {
         scene: "catenary",
@@ -100,9 +112,7 @@ pub const CASES: [PublishedCase; 10] = [
         exact: || catenary_sag(1.0_f64.sin()),
         scale: |_| 1.0,
         measure: |problem| equilibrium(problem, |found| sag_below_chord(&found.nodes)),
-        meshes: MESHES,
-        steps: &[],
-        schemes: &[],
+        ..STILL
     },
     PublishedCase {
         scene: "vibration",
@@ -114,9 +124,7 @@ pub const CASES: [PublishedCase; 10] = [
         exact: || cantilever_root(1).powi(2),
         scale: |exact| exact,
         measure: |problem| frequency(problem, ModeKind::Bending, 1),
-        meshes: MESHES,
-        steps: &[],
-        schemes: &[],
+        ..STILL
     },
     PublishedCase {
         scene: "vibration",
@@ -128,9 +136,7 @@ pub const CASES: [PublishedCase; 10] = [
         exact: || cantilever_root(3).powi(2),
         scale: |exact| exact,
         measure: |problem| frequency(problem, ModeKind::Bending, 3),
-        meshes: MESHES,
-        steps: &[],
-        schemes: &[],
+        ..STILL
     },
     PublishedCase {
         scene: "torsion",
@@ -142,9 +148,7 @@ pub const CASES: [PublishedCase; 10] = [
         exact: || torsion_frequency(1),
         scale: |exact| exact,
         measure: |problem| frequency(problem, ModeKind::Torsion, 1),
-        meshes: MESHES,
-        steps: &[],
-        schemes: &[],
+        ..STILL
     },
     PublishedCase {
         scene: "torsion",
@@ -156,9 +160,7 @@ pub const CASES: [PublishedCase; 10] = [
         exact: || torsion_frequency(2),
         scale: |exact| exact,
         measure: |problem| frequency(problem, ModeKind::Torsion, 2),
-        meshes: MESHES,
-        steps: &[],
-        schemes: &[],
+        ..STILL
     },
     PublishedCase {
         scene: "vibration",

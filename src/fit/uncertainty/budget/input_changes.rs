@@ -180,7 +180,7 @@ pub(crate) fn unstated_inputs(search: &Search, knowns: &[Known]) -> Vec<InputCha
             let is_input = is_below(path, &INPUT_PATHS) && !is_left_out;
             // One per cent of a vector is one per cent of each component.
             let vector = [".x", ".y", ".z"].iter().find_map(|c| path.strip_suffix(c));
-            // So is one per cent of all factors of a table.
+            // One per cent of a table is one per cent of each of its factors.
             let vector = vector.or_else(|| path.starts_with(TABLE_PATH).then_some(TABLE_PATH));
             let source = vector.unwrap_or(path);
             // The components of a vector that has begun are completed.
