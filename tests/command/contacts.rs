@@ -70,3 +70,26 @@ fn growing_energy_of_a_scene_with_contacts_names_their_stiffness() {
         "{text}"
     );
 }
+
+/// The data of the animation have the outline of the obstacle, and its displacements at all stored times.
+#[cfg(feature = "page")]
+#[test]
+fn obstacles_are_in_the_animation() {
+    let folder = Folder::new();
+    let moved = "motion = [{ displacement = [0, -0.01, 0], ramp = 0.05 }]\n";
+    folder.write("contact.toml", &(scene("scheme = \"generalised-alpha\"") + moved));
+    succeeds(&folder.run(&["simulate", "contact.toml", "--report", "page"]));
+    let page = folder.read("page/simulation.html");
+    let start = page.split_once("id=\"motion\">").unwrap().1;
+    let data: Value = serde_json::from_str(start.split_once("</script>").unwrap().0).unwrap();
+    let obstacle = &data["obstacles"][0];
+    assert_eq!(
+        obstacle["lines"][0].as_array().unwrap().len(),
+        4,
+        "a line of two points in a plane"
+    );
+    let moved = obstacle["moved"].as_array().unwrap();
+    assert_eq!(moved.len(), data["frames"].as_array().unwrap().len());
+    assert_eq!(moved[0], serde_json::json!([0, 0]));
+    assert!(moved.last().unwrap()[1].as_f64().unwrap() < -100.0, "{moved:?}");
+}

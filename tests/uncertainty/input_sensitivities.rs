@@ -1,7 +1,7 @@
 //! Sensitivities to inputs against refits with the input changed.
 
 use rodfit::fit::{Analysis, Experiment, Known};
-use rodfit::scene::{Along, Linear, Scene, Section};
+use rodfit::scene::{Along, Linear, Scene, Scheme, Section};
 use rodfit::{Fit, FitReport, Observation, Parameter, Unknown};
 
 use crate::common::coarse;
@@ -144,4 +144,28 @@ fn number_identified_in_one_experiment_is_no_input_there() {
         let [one, two] = [&alone, &both].map(|r| reported(r, Parameter::YoungsModulus, input));
         assert!((one / two - 1.0).abs() < 1e-4, "{input}: {one} {two}");
     }
+}
+
+/// Numbers of contacts are inputs, but neither lengths of directions nor the speed that regularizes friction.
+#[test]
+fn numbers_of_contacts_are_inputs() {
+    let mut scene = coarse(16, 2e-3, 0.6);
+    scene.loads.damping.mass = 0.5;
+    scene.time.as_mut().unwrap().scheme = Scheme::GeneralisedAlpha;
+    let contact = "kind = \"plane\"\npoint = [0, -0.05, 0]\nnormal = [0, 2, 0]\nstiffness = 1e7\n\
+                   friction = 0.2\nslip_velocity = 0.01\n";
+    scene.contacts = vec![toml::from_str(contact).unwrap()];
+    let data = noisy(&observe(&scene, 100), 1e-4, 3);
+    let report = fit(&scene, &data, &[Parameter::YoungsModulus]).solve().unwrap();
+    let estimate = report.estimate(Parameter::YoungsModulus).unwrap();
+    let sources: Vec<&str> =
+        estimate.input_sensitivities.iter().map(|line| &line.source[..]).collect();
+    println!("{sources:?}");
+    for own in
+        ["rod.shape.length", "contacts.0.stiffness", "contacts.0.friction", "contacts.0.point"]
+    {
+        assert!(sources.contains(&own), "{own}: {sources:?}");
+    }
+    let is_left_out = |own: &&str| own.contains("normal") || own.contains("slip_velocity");
+    assert!(!sources.iter().any(is_left_out), "{sources:?}");
 }
