@@ -306,7 +306,7 @@ impl<D: RodScalar, R: Rod<D>> Simulation<D, R> {
         energies.bend += self.system.rod.slider_energy(&internal.slid);
         let branches = self.system.damping.maxwell.as_slice();
         for (branch, stretches) in branches.iter().zip(internal.branches()) {
-            let kinds = self.system.rod.strain_energies(stretches);
+            let kinds = self.system.rod.branch_energies(stretches);
             let [stretch, bend, twist] = kinds.map(|energy| (energy * branch.stiffness).value());
             energies.stretch += stretch;
             energies.bend += bend;

@@ -106,7 +106,8 @@ pub fn at_end<D: Scalar>(
     viscosity: &mut Viscosity<D>,
 ) {
     let InternalVariables { strain, strain_rate, .. } = before;
-    let Viscosity { factor, shift, own } = viscosity;
+    let Viscosity { factor, shift, elastic_shift, own } = viscosity;
+    elastic_shift.clear();
     // The stress that remains of the Maxwell springs' stretches at the start, and the factor of the strain's change.
     let (branches, mut taken) = (damping.maxwell.as_slice(), D::from(0.0));
     for (k, (branch, stretches)) in branches.iter().zip(before.branches()).enumerate() {
@@ -165,6 +166,7 @@ pub fn at_start<D: Scalar>(
     viscosity.now(damping, now);
     if coefficients.averages() {
         // Of the dashpots alone, and an average counts both ends by half.
+        viscosity.elastic_shift.clone_from(&now.strain);
         for (shift, strain) in viscosity.shift.iter_mut().zip(&now.strain) {
             *shift = *shift * 0.5 + *strain;
         }

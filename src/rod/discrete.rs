@@ -31,7 +31,7 @@ use crate::rod::nonlinear::NonlinearParts;
 use crate::rod::sweeps::{EdgeTangent, Elastic, GeometrySweep, Strains, TangentSweep};
 use crate::rod::{
     AssembledRod, EdgeShift, Energies, FollowerLoads, InternalVariables, JointShift, NaturalShifts,
-    Rod, RodContacts, StepVelocities, UserEnergies, Viscosity,
+    Rod, RodContacts, RodViscosity, StepVelocities, UserEnergies, Viscosity,
 };
 use num_dual::Dual64;
 
@@ -107,18 +107,12 @@ impl<D: RodScalar, L: Layout<N, S>, const N: usize, const S: usize> DiscreteRod<
         At { elements: self.elements(), q, frames }
     }
 
-    /// [`set_viscous`](Rod::set_viscous) for one rod of an assembly: overwrites the linear laws with those of the
-    /// `elastic` rod under the viscous stress. The lists of `viscosity` cover the strains of all rods, and `first` is
-    /// the index of the first strain of this rod. Tensions of tendons, natural strains of nonlinear bending and factors
-    /// of follower loads are copied from `elastic`, as they may follow signals, and so are the places of obstacles.
-    pub(super) fn set_viscous_from(
-        &mut self,
-        elastic: &Self,
-        viscosity: &Viscosity<D>,
-        first: usize,
-    ) {
-        viscosity.set_laws(&elastic.stretch, &mut self.stretch, first);
-        viscosity.set_laws(&elastic.joint, &mut self.joint, first + elastic.stretch.len());
+    /// [`set_viscous`](Rod::set_viscous) for one rod of several: overwrites the linear laws with those of the `elastic`
+    /// rod under the viscous stress. Tensions of tendons, natural strains of nonlinear bending and factors of follower
+    /// loads are copied from `elastic`, as they may follow signals, and so are the places of obstacles.
+    pub(super) fn set_viscous_from(&mut self, elastic: &Self, viscosity: RodViscosity<'_, D>) {
+        viscosity.set_laws(&elastic.stretch, &mut self.stretch, 0);
+        viscosity.set_laws(&elastic.joint, &mut self.joint, elastic.stretch.len());
         // Tensions of tendons and natural curvatures of nonlinear bending may follow signals.
         self.own.copy_values(&elastic.own);
         for (own, elastic) in self.bending.iter_mut().zip(&elastic.bending) {
@@ -128,17 +122,11 @@ impl<D: RodScalar, L: Layout<N, S>, const N: usize, const S: usize> DiscreteRod<
         self.contacts.copy_obstacles(&elastic.contacts);
     }
 
-    /// [`set_dashpots`](Rod::set_dashpots) for one rod of an assembly: overwrites the linear laws with those of
-    /// `dashpots`, stiffnesses times their factors and shifts as natural strains. The strains of this rod begin at
-    /// index `first` of the lists of `viscosity`.
-    pub(super) fn set_dashpots_from(
-        &mut self,
-        dashpots: &Self,
-        viscosity: &Viscosity<D>,
-        first: usize,
-    ) {
-        viscosity.set_dashpots(&dashpots.stretch, &mut self.stretch, first);
-        viscosity.set_dashpots(&dashpots.joint, &mut self.joint, first + dashpots.stretch.len());
+    /// [`set_dashpots`](Rod::set_dashpots) for one rod of several: overwrites the linear laws with those of `dashpots`,
+    /// stiffnesses times their factors and shifts as natural strains.
+    pub(super) fn set_dashpots_from(&mut self, dashpots: &Self, viscosity: RodViscosity<'_, D>) {
+        viscosity.set_dashpots(&dashpots.stretch, &mut self.stretch, 0);
+        viscosity.set_dashpots(&dashpots.joint, &mut self.joint, dashpots.stretch.len());
     }
 
     /// Overwrites `gradient`, N, and `tangent`, N/m, of energy less work of the loads at the unknowns and frames of
@@ -459,7 +447,7 @@ impl<D: RodScalar, L: Layout<N, S>, const N: usize, const S: usize> Rod<D>
     /// natural strains of nonlinear bending, factors of follower loads and places of obstacles are copied from
     /// `elastic`.
     fn set_viscous(&mut self, elastic: &Self, viscosity: &Viscosity<D>) {
-        self.set_viscous_from(elastic, viscosity, 0);
+        self.set_viscous_from(elastic, viscosity.of_single_rod());
     }
 
     /// Adds `factor` times the changes to the natural strains of edges and joints, also to those of nonlinear bending.
@@ -542,7 +530,7 @@ impl<D: RodScalar, L: Layout<N, S>, const N: usize, const S: usize> Rod<D>
     /// Overwrites the linear laws of all elements with those of `dashpots`: every stiffness times the factor of its
     /// kind in `viscosity` (common plus additional one), and the shifts as natural strains.
     fn set_dashpots(&mut self, dashpots: &Self, viscosity: &Viscosity<D>) {
-        self.set_dashpots_from(dashpots, viscosity, 0);
+        self.set_dashpots_from(dashpots, viscosity.of_single_rod());
     }
 
     /// The number of strains with springs of internal friction: `S` per joint, or zero without internal friction.

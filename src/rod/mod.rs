@@ -65,7 +65,7 @@ pub use spatial::SpatialRod;
 pub use state::{ExchangedEnergy, InternalVariables, State};
 pub use timed_loads::{EdgeMoment, TimedLoad, TimedLoads, UnknownForce, work_of};
 pub use transposed::{LawDerivatives, StressInputs, Transposed, strained};
-pub use viscosity::{OwnViscosity, Viscosity};
+pub use viscosity::{OwnViscosity, RodViscosity, Viscosity};
 
 #[doc(hidden)]
 #[deprecated(since = "0.3.0", note = "renamed to UserEnergies")]
@@ -406,6 +406,12 @@ pub trait Rod<D: Scalar>: Clone + Send + Sync {
     /// Sums of the energies of stretching, bending and twisting of the linear laws, J, by `strains` of all elements
     /// (order of [`strains`](Rod::strains)), with natural strains taken as zero.
     fn strain_energies(&self, strains: &[D]) -> [D; 3];
+
+    /// Energies of stretching, bending and twisting, J, of springs in Maxwell branches by their `stretches` (order of
+    /// [`strains`](Rod::strains)), whose stiffness is that of the rod. The default is that of all linear laws.
+    fn branch_energies(&self, stretches: &[D]) -> [D; 3] {
+        self.strain_energies(stretches)
+    }
 
     /// Overwrites the laws of all elements with those of the `elastic` rod under viscous stress. Stiffnesses and
     /// natural strains are changed such that the stress is `K (factor s - natural - shift)`. Stresses of kinds with

@@ -11,7 +11,7 @@
 //! Times in s, angles in rad, positions in m, `distortion` in 1/m^2, `row_delay` in s/m. By default there is no effect:
 //! the scale is 1, all other numbers are 0. Only fits apply the camera, with these numbers as possible parameters.
 
-use crate::scene::number::{Quantity, is_default};
+use crate::scene::number::{Quantity, is_default, one};
 use crate::scene::table::table;
 
 table! {
@@ -44,11 +44,6 @@ table! {
         #[serde(deserialize_with = "crate::input::arrays::numbers", default)]
         pub row_delay: [D; 3] = Quantity::signed("s/m").of_the_recording(),
     }
-}
-
-/// The number 1, a scale without effect.
-pub(super) fn one<D: From<f64>>() -> D {
-    D::from(1.0)
 }
 
 impl<D: From<f64> + Default> Default for Camera<D> {

@@ -30,6 +30,16 @@ pub(crate) fn is_default<T: Default + PartialEq>(value: &T) -> bool {
     *value == T::default()
 }
 
+/// The number 1, a factor without effect.
+pub(crate) fn one<D: From<f64>>() -> D {
+    D::from(1.0)
+}
+
+/// Whether a factor is 1; such a factor is not written to files.
+pub(super) fn is_one<D: From<f64> + PartialEq>(factor: &D) -> bool {
+    *factor == one()
+}
+
 /// Unit, limits and search range of a physical number.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Quantity {

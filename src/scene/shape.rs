@@ -12,9 +12,8 @@
 use crate::error::Error;
 use crate::numerics::scalar::Scalar;
 use crate::numerics::vector::{Vector, add, cross, dot, scale, unit};
-use crate::scene::camera::one;
 use crate::scene::mesh::Mesh;
-use crate::scene::number::{Quantity, SceneNumber, is_default};
+use crate::scene::number::{Quantity, is_default, is_one, one};
 use crate::scene::polyline::Polyline;
 use crate::scene::table::{NumberTree, TABLE, table};
 use crate::scene::validate::direction;
@@ -97,11 +96,6 @@ table! {
 
 /// Quantity of a length, radius or pitch, m.
 const LENGTH: Quantity = Quantity::positive("m");
-
-/// Whether a factor is 1, without effect; such a factor is not written to files.
-fn is_one<D: SceneNumber>(value: &D) -> bool {
-    *value == one()
-}
 
 /// Sense of rotation of a helix.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]

@@ -13,7 +13,7 @@ use crate::code::Code;
 use crate::error::Error;
 use crate::numerics::scalar::Scalar;
 use crate::scene::motion_rate::MotionRate;
-use crate::scene::number::{Quantity, is_default};
+use crate::scene::number::{Quantity, is_default, one};
 use crate::scene::signal_curve::{CurveShape, SignalCurve};
 use crate::scene::signal_samples::{Interpolation, SignalSamples};
 use crate::scene::table::table;
@@ -37,11 +37,6 @@ pub enum SignalKind {
     Pulse,
     /// Each of `values` from its entry of `times` on; 0 before the first.
     Steps,
-}
-
-/// The default gain, 1.
-fn one<D: From<f64>>() -> D {
-    D::from(1.0)
 }
 
 table! {

@@ -18,7 +18,7 @@ use crate::scene::contact::{Contact, check_contacts};
 use crate::scene::loads::Damping;
 use crate::scene::mass::PointMass;
 use crate::scene::material::{BendingLaw, Material, StretchLaw};
-use crate::scene::number::{Candidates, NumberVisitor, Quantity, SceneNumber, is_default};
+use crate::scene::number::{Candidates, NumberVisitor, Quantity, SceneNumber, is_default, is_one};
 use crate::scene::per_axis::PerAxis;
 use crate::scene::point::Point;
 use crate::scene::rod::{CURVATURE_FACTOR, Dimension, check_end, one};
@@ -110,6 +110,10 @@ table! {
         /// Factor on the curvature of the rest shape that gives the stress-free curvature.
         #[serde(default = "one::<D>")]
         pub natural_curvature: Along<D> = CURVATURE_FACTOR,
+        /// Factor on the internal damping of this rod: its damping times and the stiffness of Maxwell branches in
+        /// `loads.damping`.
+        #[serde(default = "crate::scene::number::one::<D>", skip_serializing_if = "is_one")]
+        pub damping_factor: D = Quantity::positive("").vanishing(),
         /// Point masses on the rod.
         #[serde(default, skip_serializing_if = "Vec::is_empty")]
         pub mass: Vec<PointMass<D>> = TABLE,

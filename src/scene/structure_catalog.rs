@@ -32,6 +32,7 @@ pub(crate) fn catalog_structure(scene: &Scene) -> StructureScene {
         material: RodMaterial::Own(scene.material.clone()),
         taper: scene.rod.taper.clone(),
         natural_curvature: scene.rod.natural_curvature.clone(),
+        damping_factor: 1.0,
         mass: vec![PointMass { node: Point::ArcLength(1.0), mass: 1.0 }],
         remeshed: None,
     };

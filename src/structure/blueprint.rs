@@ -225,7 +225,7 @@ impl Blueprint {
                 let BodiesAtRest { bodies, centers, z } =
                     BodiesAtRest::new(&self.plan, plane, scene, &rods)?;
                 let held = |i: usize, own: &_| planar_held_nodes(&self.plan, i, own, &centers);
-                let (members, q, _, meshes) = joined(rods, z, held);
+                let (members, q, _, meshes) = joined(scene, rods, z, held);
                 let rods = JoinedRods::new(members, bodies, self.plan.coordinates);
                 let frames = AssemblyFrames::default();
                 Ok(AssemblyAtRest { assembly: Assembly::Plane(rods), q, frames, meshes })
@@ -234,7 +234,7 @@ impl Blueprint {
                 let rods = self.rods::<D, Space, _>(scene, models, scenes, meshes, ties)?;
                 let at_rest = SpatialBodiesAtRest::new(&self.plan, scene, &rods)?;
                 let held = |i: usize, own: &_| spatial_held_nodes(&self.plan, i, own, &at_rest);
-                let (members, q, rods, meshes) = joined(rods, at_rest.z.clone(), held);
+                let (members, q, rods, meshes) = joined(scene, rods, at_rest.z.clone(), held);
                 let frames = AssemblyFrames { rods, rotations: at_rest.references };
                 let rods = JoinedRods::new(members, at_rest.bodies, self.plan.coordinates);
                 Ok(AssemblyAtRest { assembly: Assembly::Space(rods), q, frames, meshes })
@@ -344,6 +344,7 @@ type Joined<D, L> =
 /// meshes. The unknowns are those of all rods, each padded with zeros to a multiple of `L::STRIDE`, then the
 /// coordinates `z` of bodies and springs. `held` returns the nodes of a rod that bodies carry and walls hold.
 fn joined<D: RodScalar, L: AssemblyLayout>(
+    scene: &StructureScene<D>,
     rods: Vec<PlacedRod<D, L>>,
     mut z: Vec<D>,
     held: impl Fn(usize, &PlacedRod<D, L>) -> HeldNodes<L::Place<D>>,
@@ -357,7 +358,8 @@ fn joined<D: RodScalar, L: AssemblyLayout>(
         // A rod in space has no angle after its last node: the gap keeps every fourth unknown an
         // angle.
         q.resize(q.len().next_multiple_of(L::STRIDE), D::from(0.0));
-        members.push(Member { rod: own.rod, range, attachments, fixed });
+        let damping_factor = scene.rods[i].damping_factor;
+        members.push(Member { rod: own.rod, range, attachments, fixed, damping_factor });
         all.push(own.frames);
         meshes.push(own.mesh);
     }

@@ -105,7 +105,9 @@ fn derivatives_of_seeded_structures_by_every_number_equal_differences() {
             }
             let dual = positions(&structure, |own, x| Dual64::new(x, f64::from(own == path)));
             let size = dual.iter().fold(0.0_f64, |size, q| size.max(q.eps.abs()));
-            let h = 1e-3 * if value == 0.0 { 1e-2 } else { value.abs() };
+            // Damping of one rod has a small effect; a larger step keeps rounding errors of the difference small.
+            let relative = if path.ends_with("damping_factor") { 1e-2 } else { 1e-3 };
+            let h = relative * if value == 0.0 { 1e-2 } else { value.abs() };
             let at = |steps: f64| {
                 positions(&structure, |own, x| if own == path { x + steps * h } else { x })
             };

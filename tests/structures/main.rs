@@ -2,6 +2,7 @@
 
 mod assembly;
 mod contacts;
+mod damping;
 mod derivative_checks;
 mod derivatives;
 mod files;

@@ -16,7 +16,7 @@ use crate::rod::assembly::attachment::Attachment;
 use crate::rod::assembly::frames::AssemblyFrames;
 use crate::rod::assembly::tangent::BorderedTangent;
 use crate::rod::layout::Layout;
-use crate::rod::{AssembledRod, DiscreteRod, Energies, Viscosity};
+use crate::rod::{AssembledRod, DiscreteRod, Energies, RodViscosity, Viscosity};
 use std::borrow::Cow;
 use std::fmt::Debug;
 
@@ -30,15 +30,13 @@ pub trait MemberRod<D: RodScalar>: AssembledRod<D> + Debug {
 
     /// Overwrites the linear laws of the elements with those of `elastic` under the viscous stress of a time step, as
     /// [`set_viscous`](crate::rod::Rod::set_viscous) does: with the stress `K (factor s - natural - shift)` of the
-    /// strain `s`. Values that follow signals are copied from `elastic`; nonlinear parts of the laws stay. The lists of
-    /// `viscosity` have the strains of several rods; those of this rod begin at index `first`.
-    fn set_viscous_part(&mut self, elastic: &Self, viscosity: &Viscosity<D>, first: usize);
+    /// strain `s`. Values that follow signals are copied from `elastic`; nonlinear parts of the laws stay.
+    fn set_viscous_part(&mut self, elastic: &Self, viscosity: RodViscosity<'_, D>);
 
     /// Overwrites the linear laws of the elements with those of `dashpots`, as
     /// [`set_dashpots`](crate::rod::Rod::set_dashpots) does: stiffnesses are multiplied by the factors of `viscosity`,
-    /// and its shifts become natural strains. The lists of `viscosity` have the strains of several rods; those of this
-    /// rod begin at index `first`.
-    fn set_dashpots_part(&mut self, dashpots: &Self, viscosity: &Viscosity<D>, first: usize);
+    /// and its shifts become natural strains.
+    fn set_dashpots_part(&mut self, dashpots: &Self, viscosity: RodViscosity<'_, D>);
 
     /// Sets mass and dead load of the coordinates of a node to zero; the inertia of an angle stays.
     fn clear_node(&mut self, node: usize);
@@ -61,17 +59,15 @@ impl<D: RodScalar, L: Layout<N, S>, const N: usize, const S: usize> MemberRod<D>
     }
 
     /// Overwrites the linear laws of the elements with those of `elastic` under the viscous stress of a time step,
-    /// `K (factor s - natural - shift)`. The lists of `viscosity` have the strains of several rods; those of this rod
-    /// begin at index `first`.
-    fn set_viscous_part(&mut self, elastic: &Self, viscosity: &Viscosity<D>, first: usize) {
-        self.set_viscous_from(elastic, viscosity, first);
+    /// `K (factor s - natural - shift)`.
+    fn set_viscous_part(&mut self, elastic: &Self, viscosity: RodViscosity<'_, D>) {
+        self.set_viscous_from(elastic, viscosity);
     }
 
     /// Overwrites the laws of the elements with those of `dashpots`, with stiffnesses times the factors of `viscosity`
-    /// and its shifts as natural strains. Its lists have the strains of several rods; those of this rod begin at index
-    /// `first`.
-    fn set_dashpots_part(&mut self, dashpots: &Self, viscosity: &Viscosity<D>, first: usize) {
-        self.set_dashpots_from(dashpots, viscosity, first);
+    /// and its shifts as natural strains.
+    fn set_dashpots_part(&mut self, dashpots: &Self, viscosity: RodViscosity<'_, D>) {
+        self.set_dashpots_from(dashpots, viscosity);
     }
 
     /// Sets mass and dead load of the coordinates of a node to zero; the inertia of an angle stays.

@@ -13,7 +13,8 @@
 //!   velocities that follow from the bodies; gaps stay.
 //! - `gradient` (N, N m) and `tangent_with_tensions` (N/m, also with expected axial forces) overwrite their results;
 //!   `tensions_after` predicts axial forces, N, after a change of the unknowns.
-//! - `energies` (J; the kinetic one is zero, user-defined ones are those of contacts), `strains`, and `strain_energies` of given strains.
+//! - `energies` (J; the kinetic one is zero, user-defined ones are those of contacts), `strains`, and
+//!   `strain_energies` and `branch_energies` of given strains.
 //! - `passed_obstacle`, `has_moved_obstacles`, `move_obstacles`, `obstacle_work` (J) and `contact_gradients` (N) are
 //!   those of contacts with obstacles.
 //! - `folded_node` and `over_rotated_edge` return the first fold or large rotation of a step, `None` without one.
@@ -437,13 +438,24 @@ impl<D: RodScalar, L: AssemblyLayout> JoinedRods<D, L> {
         sums
     }
 
+    /// Energies of Maxwell springs, J, with a stiffness of one times that of the rod, by their `stretches`, one per
+    /// strain: stretching, bending and twisting. Each rod has its damping factor.
+    pub fn branch_energies(&self, stretches: &[D]) -> [D; 3] {
+        let mut sums = [D::from(0.0); 3];
+        for (member, range) in self.with_strains() {
+            let own = member.rod.strain_energies(&stretches[range]);
+            (0..3).for_each(|kind| sums[kind] += own[kind] * member.damping_factor);
+        }
+        sums
+    }
+
     /// Overwrites the laws of all rods and joint springs with those of `elastic` under the viscous stress, as
     /// stiffnesses and natural strains. The lists of `viscosity` have the strains of all rods in order, then those of
     /// joint springs, which change only with `viscosity.own`.
     pub fn set_viscous(&mut self, elastic: &Self, viscosity: &Viscosity<D>) {
         let mut first = 0;
         for (to, from) in self.members.iter_mut().zip(&elastic.members) {
-            to.rod.set_viscous_part(&from.rod, viscosity, first);
+            to.rod.set_viscous_part(&from.rod, from.viscosity(viscosity, first));
             first += from.rod.strain_count();
         }
         self.bodies.set_viscous_springs(&elastic.bodies, viscosity, first);
@@ -454,7 +466,7 @@ impl<D: RodScalar, L: AssemblyLayout> JoinedRods<D, L> {
     pub fn set_dashpots(&mut self, dashpots: &Self, viscosity: &Viscosity<D>) {
         let mut first = 0;
         for (to, from) in self.members.iter_mut().zip(&dashpots.members) {
-            to.rod.set_dashpots_part(&from.rod, viscosity, first);
+            to.rod.set_dashpots_part(&from.rod, from.viscosity(viscosity, first));
             first += from.rod.strain_count();
         }
     }

@@ -17,6 +17,7 @@ use crate::rod::assembly::carrying::{CarriedMotion, CarryingBodies, MemberRod};
 use crate::rod::assembly::frames::AssemblyFrames;
 use crate::rod::assembly::layout::AssemblyLayout;
 use crate::rod::assembly::tangent::Coupling;
+use crate::rod::{RodViscosity, Viscosity};
 use std::ops::Range;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
@@ -37,12 +38,23 @@ pub struct Member<D: RodScalar, L: AssemblyLayout> {
     pub attachments: Vec<Attachment<L::Place<D>>>,
     /// Nodes at walls.
     pub fixed: Vec<FixedNode<L::Place<D>>>,
+    /// Factor on the viscous stresses and the stiffnesses of Maxwell branches of the rod.
+    pub damping_factor: D,
 }
 
 impl<D: RodScalar, L: AssemblyLayout> Member<D, L> {
     /// Number of nodes of the rod, carried and fixed ones included.
     pub fn nodes(&self) -> usize {
         self.rod.edges() + 1
+    }
+
+    /// The part of this rod in the `viscosity` of all rods, where its strains begin at index `first`.
+    pub(super) fn viscosity<'a>(
+        &self,
+        viscosity: &'a Viscosity<D>,
+        first: usize,
+    ) -> RodViscosity<'a, D> {
+        RodViscosity { all: viscosity, first, scale: Some(self.damping_factor) }
     }
 
     /// All carried nodes, attachment after attachment.

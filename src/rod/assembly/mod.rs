@@ -389,6 +389,11 @@ impl<D: RodScalar> Rod<D> for Assembly<D> {
         of_either!(self, rods => rods.strain_energies(strains))
     }
 
+    /// Energies of springs in Maxwell branches by their `stretches`, J, with the damping factor of each rod.
+    fn branch_energies(&self, stretches: &[D]) -> [D; 3] {
+        of_either!(self, rods => rods.branch_energies(stretches))
+    }
+
     /// Overwrites the laws of all rods and joint springs with those of `elastic` under the viscous stress, as
     /// stiffnesses and natural strains. The lists of `viscosity` have the strains of all rods in order, then those of
     /// joint springs, which change only with `viscosity.own`.

@@ -265,6 +265,7 @@ fn soften_support(
         }),
         taper: Taper::default(),
         natural_curvature: 1.0.into(),
+        damping_factor: 1.0,
         mass: Vec::new(),
         remeshed: None,
     };
