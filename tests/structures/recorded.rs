@@ -362,7 +362,7 @@ fn structure_is_unchanged_by_a_recording_that_is_an_error() {
 /// with a tight tolerance.
 #[test]
 fn derivatives_stay_bounded_with_stiff_viscous_branches_and_loose_tolerance() {
-    let stiff = [2e6, 2e8, 0.9, 24.0, 0.22, 0.01, 5.0];
+    let stiff = [2e6, 2e8, 0.9, 24.0, 0.22, 0.01, 5.0, 1.0];
     let seen = simulated(TRUTH);
     let largest = |tolerance: f64| {
         let mut scene = observed(branched(stiff, "recorded"), &seen);
