@@ -76,6 +76,7 @@ codes! {
     LateRelease "late-release",
     ImplausibleTimeScale "implausible-time-scale" formerly "wrong-pace",
     BetterMinimum "better-minimum",
+    EqualMinimum "equal-minimum",
     NotAMinimum "not-a-minimum",
     LargeResiduals "large-residuals" formerly "unexplained",
     OutlyingExperiment "outlying-experiment",
@@ -139,6 +140,7 @@ codes! {
     Frictionless "frictionless",
     StructureScope "structure-scope",
     NumericalDamping "numerical-damping",
+    MeanStretch "mean-stretch",
     // Problems of equilibria and of derivatives.
     Unstable "unstable",
     Marginal "marginal",

@@ -16,6 +16,7 @@
 
 use crate::code::Code;
 use crate::dynamics::energy_balance;
+use crate::dynamics::mean_stretch::{self, MeanStretch};
 use crate::dynamics::run::Snapshot;
 use crate::dynamics::step::Work;
 use crate::dynamics::trajectory::Trajectory;
@@ -201,6 +202,12 @@ pub struct SimulationReport {
     /// Largest overlap with an obstacle so far.
     #[serde(skip)]
     penetration: PenetrationRecord,
+    /// For the average vector field: stretching in the means of successive states.
+    #[serde(skip)]
+    mean_stretch: Option<MeanStretch>,
+    /// Its largest energy so far, J.
+    #[serde(skip)]
+    largest_mean_stretch: f64,
     /// Whether `tip`, `energy`, `reactions` and `contact_forces` are recorded.
     #[serde(default = "yes", skip_serializing_if = "is_yes")]
     has_series: bool,
@@ -270,6 +277,8 @@ impl SimulationReport {
             last_tip: None,
             strains: StrainRecord::new(problem),
             penetration: PenetrationRecord::new(problem.scene()),
+            mean_stretch: MeanStretch::new(problem.scene()),
+            largest_mean_stretch: 0.0,
             has_series: true,
         }
     }
@@ -299,6 +308,10 @@ impl SimulationReport {
         let total = e.total();
         self.strains.add(|i| simulation.position(i), t);
         self.penetration.add(|i| simulation.position(i), Some(t));
+        if let Some(stretch) = &mut self.mean_stretch {
+            let energy = stretch.next((0..problem.nodes()).map(|i| simulation.position(i)));
+            self.largest_mean_stretch = self.largest_mean_stretch.max(energy);
+        }
         // The first state is the start, and no step.
         match self.last_tip {
             None => self.start_energy = total,
@@ -323,8 +336,8 @@ impl SimulationReport {
     }
 
     /// Completes the report with the work and time of the run `trajectory` and its status: `completed`, or `stopped: `
-    /// with the error of `outcome` and its code. Appends warnings about large strains, deep contacts, numerical damping
-    /// and an unstable state, in this order, with their codes; the last one only if [stability was
+    /// with the error of `outcome` and its code. Appends warnings about large strains, deep contacts, numerical
+    /// damping, stretching of mean states and an unstable state, in this order, with their codes; the last one only if [stability was
     /// checked](Trajectory::check_stability).
     pub fn finish(&mut self, trajectory: &Trajectory, outcome: &Result<(), Error>) {
         self.work = trajectory.work();
@@ -339,7 +352,10 @@ impl SimulationReport {
         let stability = trajectory.record().stability.as_ref();
         let unstable = stability.and_then(|checks| checks.found).map(|state| state.warning(end));
         let deep = self.penetration.warning();
-        for (code, words) in strained.chain(deep).chain(unbalanced).chain(unstable) {
+        let kinetic = self.largest_kinetic_energy;
+        let stretched = mean_stretch::warning(&self.scene, self.largest_mean_stretch, kinetic);
+        for (code, words) in strained.chain(deep).chain(unbalanced).chain(stretched).chain(unstable)
+        {
             self.warnings.push(code.behind(words));
             self.warning_codes.push(code);
         }

@@ -122,6 +122,7 @@ pub(crate) use uncertainty::discrepancy::findings::biases_beyond_interval;
 pub use uncertainty::discrepancy::findings::{ScoreTest, UndetectedBias};
 pub use uncertainty::discrepancy::free_run::{ErrorSummary, RecordingError, RecordingErrors};
 pub use uncertainty::discrepancy::prediction::Prediction;
+use uncertainty::discrepancy::scene_notes::has_impossible_strain;
 pub use uncertainty::discretization::errors::DiscretizationError;
 pub use uncertainty::estimate::{ClusterJackknife, Estimate, ExperimentEstimate};
 pub use uncertainty::grade::Grade;
@@ -156,7 +157,10 @@ use crate::fit::search::Search;
 use crate::fit::search::data_precheck::DataPrecheck;
 use crate::fit::search::fitted::Fitted;
 use crate::fit::search::local_minima::{SAME, distance};
-use crate::fit::search::minimum_comparison::{MinimumComparison, unreached_minimum_warning};
+use crate::fit::search::minimum_comparison::{
+    MinimumComparison, equal_minimum_warning, unreached_minimum_warning,
+};
+use crate::fit::search::optimum::Optimum;
 use crate::fit::structure::structure_problem::refuse_structure;
 use crate::fit::uncertainty::assessment::{AssessmentInputs, assess};
 use crate::fit::uncertainty::covariance::local_analysis::LocalAnalysis;
@@ -537,6 +541,14 @@ impl Fit {
                 let words = unreached_minimum_warning(search.unknowns, &x);
                 warnings.add(Severity::Worthless, Code::BetterMinimum, words);
             }
+        }
+        if let Some(other) = search.equal_minimum(optimum, local.noise.misfit_scale) {
+            let words = equal_minimum_warning(search.unknowns, &other.x);
+            // A rod that is stretched beyond all materials is no other explanation.
+            let other = Optimum { x: other.x, ..optimum.clone() };
+            let is_possible = !has_impossible_strain(Fitted { search, optimum: &other });
+            let severity = if is_possible { Severity::Worthless } else { Severity::Note };
+            warnings.add(severity, Code::EqualMinimum, words);
         }
         // 5. The final optimum is assessed.
         repeated_frames(&state.precheck.repeated_frames, &mut warnings);

@@ -22,6 +22,8 @@ const LIGHTEST_SOLID: f64 = 10.0;
 const HEAVIEST_SOLID: f64 = 23e3;
 /// Young's modulus of the softest gels that hold the shape of a rod, Pa.
 const SOFTEST_SOLID: f64 = 1e3;
+/// Young's modulus above that of all solids, Pa; diamond has 1.2e12.
+const STIFFEST_SOLID: f64 = 1.3e12;
 /// Pairs of a density, kg/m^3, and the smallest Young's modulus of denser materials, Pa, the largest density first.
 /// Silicone has 1e5 Pa at 1200 kg/m^3 and, filled with iron, at 2400; rubber with magnetic powder 1e6 Pa at 4000;
 /// metals have more than 1e9 Pa.
@@ -52,6 +54,12 @@ pub(crate) enum Purpose {
 }
 
 impl Problem {
+    /// Whether Young's modulus is that of no solid.
+    pub(crate) fn has_implausible_modulus(&self) -> bool {
+        let modulus = self.scene.material.youngs_modulus;
+        !(SOFTEST_SOLID..=STIFFEST_SOLID).contains(&modulus)
+    }
+
     /// Warnings, each with its code, first of implausible units (one for all numbers), then of missing gravity for the
     /// `purpose`. Then come a given mesh that is too coarse for the natural curvature, and forces on held nodes. Last,
     /// unless for a motion, is friction of the rod or of a contact. Empty for a plausible scene.
@@ -164,7 +172,9 @@ impl Problem {
 fn units(scene: &Scene, length: f64) -> Option<String> {
     let mut found = Vec::new();
     let mut add = |key: &str, value: f64, unit: &str, guess: &str| {
-        found.push(format!("{key} of {value} {unit} (in {guess}?)"));
+        // Four digits: fitted values have more than they mean.
+        let rounded = format!("{value:.3e}").parse().unwrap_or(value);
+        found.push(format!("{key} of {rounded} {unit} (in {guess}?)"));
     };
     let (density, modulus) = (scene.material.density, scene.material.youngs_modulus);
     // Each size is compared with a range that no rod exceeds; the guess is the unit that is most
@@ -181,6 +191,8 @@ fn units(scene: &Scene, length: f64) -> Option<String> {
         add("material.youngs_modulus", modulus, "Pa", if gigapascals { "GPa" } else { "MPa" });
     } else if softest.is_some_and(|[_, least]| modulus < *least) {
         add("material.youngs_modulus", modulus, "Pa", "MPa");
+    } else if modulus > STIFFEST_SOLID {
+        add("material.youngs_modulus", modulus, "Pa, stiffer than diamond", "another unit");
     }
     let sizes = match &scene.rod.section {
         Section::Circle { radius } | Section::Tube { radius, .. } => [2.0 * radius; 2],
@@ -275,6 +287,14 @@ mod tests {
         for (name, density, modulus) in materials {
             assert_eq!(units(&scene_of(density, modulus, 2e-3), 0.3), None, "{name}");
         }
+    }
+
+    /// Two stiff solids: diamond, and none.
+    #[test]
+    fn modulus_above_that_of_diamond_is_reported() {
+        assert_eq!(units(&scene_of(3500.0, 1.2e12, 2e-3), 0.3), None);
+        let words = units(&scene_of(7850.0, 7.895_731e12, 2e-3), 0.3).unwrap();
+        assert!(words.contains("modulus of 7896000000000 Pa, stiffer than diamond"), "{words}");
     }
 
     #[test]

@@ -3,10 +3,10 @@
 //! [`StructureReport`] collects times, s, energies, J, contact forces, N, and ends of the rods, m. `push` adds a state,
 //! `push_energies` its time and energies only; both record the largest strain of each rod. `finish` sets the status and
 //! the warnings: defects of the recording that moves ends, steps that resolve it poorly, implausible units, large
-//! strains, and a change of the energy. The latter is compared with the largest kinetic energy, only without damping of
+//! strains, a change of the energy, and stretching of mean states. The change of the energy is compared with the largest kinetic energy, only without damping of
 //! rods and joints and without recorded ends. `summary` is the text for a terminal.
 
-use crate::dynamics::{ContactForces, Work, energy_warning};
+use crate::dynamics::{ContactForces, MeanStretch, Work, energy_warning, mean_stretch_warning};
 use crate::error::Error;
 use crate::rod::Energies;
 use crate::structure::definition::Structure;
@@ -46,12 +46,23 @@ pub struct StructureReport {
     /// Largest strains and overlaps so far.
     #[serde(skip)]
     extremes: ExtremesOfRods,
+    /// Stretching of each rod in the means of successive states; empty for schemes without such means.
+    #[serde(skip)]
+    mean_stretches: Vec<MeanStretch>,
+    /// The largest energy of this stretching so far, J.
+    #[serde(skip)]
+    largest_mean_stretch: f64,
 }
 
 impl StructureReport {
     /// A report of a structure without states: only the number of unknowns that move is set, and no strain is recorded.
     pub fn new(structure: &Structure) -> Self {
-        Self { dof: structure.dof(), extremes: structure.extremes(), ..Self::default() }
+        Self {
+            dof: structure.dof(),
+            extremes: structure.extremes(),
+            mean_stretches: structure.parts().filter_map(MeanStretch::new).collect(),
+            ..Self::default()
+        }
     }
 
     /// Adds time, energies, contact forces and the end (`tip`) of every rod of the present state of `motion`, and
@@ -82,6 +93,10 @@ impl StructureReport {
         self.times.push(motion.time());
         self.energies.push(motion.energies());
         self.extremes.add(shape, Some(motion.time()));
+        let rods = motion.rod_names().filter_map(|name| shape.rods.get(name));
+        let stretches = self.mean_stretches.iter_mut().zip(rods);
+        let stretch = stretches.map(|(own, rod)| own.next(rod.nodes.iter().copied())).sum();
+        self.largest_mean_stretch = self.largest_mean_stretch.max(stretch);
     }
 
     /// Largest absolute difference of the total energy from that of the first state, J, and the largest kinetic energy,
@@ -94,7 +109,8 @@ impl StructureReport {
     }
 
     /// Sets the status, `completed` or the text of the error in `outcome`, and replaces the warnings: those of the
-    /// scene first, then those of large strains, then that of the energy. The last one is given if the change of the
+    /// scene first, then those of large strains, that of the energy, and that of stretching of mean states. The one of the
+    /// energy is given if the change of the
     /// energy over the largest kinetic energy exceeds the limit for the scene of the first rod. There is none with
     /// damping of rods or joints, with recorded ends, and without kinetic energy.
     pub fn finish(&mut self, structure: &Structure, outcome: &Result<(), Error>) {
@@ -103,6 +119,11 @@ impl StructureReport {
             structure.parts().next().and_then(|scene| energy_warning(scene, change / kinetic));
         let is_conservative = structure.recorded.is_empty() && !structure.scene.has_damped_joints();
         let energy = energy.filter(|_| kinetic > 0.0 && is_conservative);
+        let stretched = structure
+            .parts()
+            .next()
+            .and_then(|scene| mean_stretch_warning(scene, self.largest_mean_stretch, kinetic));
+        let energy = energy.into_iter().chain(stretched);
         let warnings = structure.motion_warnings().into_iter().chain(self.extremes.warnings(true));
         self.warnings = warnings.chain(energy).map(|(code, words)| code.behind(&words)).collect();
         self.status = match outcome {

@@ -18,6 +18,7 @@ mod generalised_alpha;
 mod hard_cases;
 mod helix;
 mod hyperelastic;
+mod mean_stretch;
 mod moved_obstacles;
 mod newton;
 mod nonlinear_bending;

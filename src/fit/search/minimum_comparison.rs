@@ -12,6 +12,7 @@
 //! in the journal: in place of the former minimum, or as another one.
 
 use crate::error::{Error, none_on_failure};
+use crate::fit::measurement::experiment::Experiment;
 use crate::fit::search::Search;
 use crate::fit::search::local_minima::{SAME, distance};
 use crate::fit::search::minimum::{Minimum, Squares};
@@ -28,6 +29,10 @@ const MOST_FOLLOWED: usize = 3;
 /// threshold of a likelihood ratio at two standard deviations.
 const EXPLAINED_BY_NOISE: f64 = 4.0;
 
+/// Smallest distance of two minima of equilibria in different branches, on the unknowns' scales: a factor of 1.6 of a
+/// positive parameter.
+const OTHER_BRANCH: f64 = 0.5;
+
 /// Result of the comparison of the chosen minimum with others.
 pub(crate) struct MinimumComparison<'a> {
     /// The search, with an optimizer that ends where the objective hardly changes.
@@ -39,6 +44,49 @@ pub(crate) struct MinimumComparison<'a> {
 }
 
 impl<'a> Search<'a> {
+    /// Whether a motion was measured in any experiment.
+    pub fn moves(&self) -> bool {
+        self.experiments.iter().any(Experiment::moves)
+    }
+
+    /// Whether the optimum `new` is preferred to the optimum `best`: the one with the lower objective. Without a measured
+    /// motion two objectives may be equal to the noise in different branches of equilibria, such as a bent rod and a soft
+    /// one that hangs down; then it is the one nearer to the values of the scene.
+    pub fn is_preferred(&self, new: &Optimum, best: &Optimum) -> bool {
+        let lower = new.cost < best.cost;
+        if self.moves() || 2.0 * (new.cost - best.cost).abs() > EXPLAINED_BY_NOISE {
+            return lower;
+        }
+        match (self.distance_from_scene(&new.x), self.distance_from_scene(&best.x)) {
+            (Some(new), Some(best)) => new < best,
+            _ => lower,
+        }
+    }
+
+    /// Largest distance of a point from the values of the scene in any unknown, on the unknowns' scales; `None` if the
+    /// scene lacks one of them.
+    fn distance_from_scene(&self, x: &[f64]) -> Option<f64> {
+        let scaled = |unknown: &Unknown| Some(unknown.to_scale(self.scene_value(unknown)?));
+        let scene: Vec<f64> = self.unknowns.iter().map(scaled).collect::<Option<_>>()?;
+        Some(distance(x, &scene))
+    }
+
+    /// Another recorded minimum on this mesh, more than [`OTHER_BRANCH`] away, that explains the data as well as the
+    /// `optimum` does: the lowest whose doubled objective is higher by at most [`EXPLAINED_BY_NOISE`] times the
+    /// `variance` of the noise. `None` with a measured motion, whose search compares minima as it proceeds.
+    pub fn equal_minimum(&self, optimum: &Optimum, variance: f64) -> Option<Minimum> {
+        let misfit = |minimum: &Minimum| minimum.squares.misfit(&self.sigmas);
+        let is_equal = |minimum: &Minimum| {
+            minimum.converged
+                && minimum.numerics == self.numerics
+                && distance(&minimum.x, &optimum.x) > OTHER_BRANCH
+                && 2.0 * (misfit(minimum) - optimum.cost) <= EXPLAINED_BY_NOISE * variance
+        };
+        let mut minima = self.journal.minima();
+        minima.retain(|minimum| !self.moves() && is_equal(minimum));
+        minima.into_iter().min_by(|a, b| misfit(a).total_cmp(&misfit(b)))
+    }
+
     /// Records an optimum, the end of a fit of the full model to the whole records, as a minimum in the journal.
     pub fn add_minimum(&self, optimum: &Optimum) {
         self.journal.add_minimum(self.minimum(optimum));
@@ -85,7 +133,10 @@ impl<'a> Search<'a> {
             let clearly = 2.0 * (least - found.cost) > EXPLAINED_BY_NOISE * variance;
             let is_other = distance(&found.x, &optimum.x) > SAME;
             match found.converged || !optimum.converged {
-                true if found.cost < least && is_other => comparison.lower = Some(found),
+                // At rest a minimum of another branch replaces the chosen one only if it is clearly lower.
+                true if found.cost < least && is_other && (clearly || self.moves()) => {
+                    comparison.lower = Some(found);
+                }
                 false if clearly => comparison.unreached = Some(found.x),
                 _ => {}
             }
@@ -131,16 +182,30 @@ impl<'a> Search<'a> {
 /// The warning text that the misfit is lower at the point `x`, on the unknowns' scales, where the optimizer did not
 /// converge. It has the values in their units, and recommends a start, bounds or a shorter record.
 pub(crate) fn unreached_minimum_warning(unknowns: &[Unknown], x: &[f64]) -> String {
+    format!(
+        "{} has a lower misfit, but the search did not converge there. The estimates are not the optimum. Give a \
+         start or bounds near it, or shorten the record",
+        values_at(unknowns, x)
+    )
+}
+
+/// The warning text that other values, at the point `x` on the unknowns' scales, explain the data as well as the
+/// estimates. The first sentence names them.
+pub(crate) fn equal_minimum_warning(unknowns: &[Unknown], x: &[f64]) -> String {
+    format!(
+        "{} explains the data as well as the estimates, which are those nearer to the scene. Give a start or bounds, or \
+         data that exclude one of the two",
+        values_at(unknowns, x)
+    )
+}
+
+/// The values at the point `x`, on the unknowns' scales, as text with their units.
+fn values_at(unknowns: &[Unknown], x: &[f64]) -> String {
     let value = |(unknown, value): (&Unknown, f64)| {
         format!("{unknown} = {value:.3e} {}", unknown.parameter.unit()).trim_end().to_string()
     };
     let values = unknowns.iter().zip(ParameterPoint { unknowns, x }.values());
-    let values: Vec<String> = values.map(value).collect();
-    format!(
-        "{} has a lower misfit, but the search did not converge there. The estimates are not the optimum. Give a \
-         start or bounds near it, or shorten the record",
-        values.join(", ")
-    )
+    values.map(value).collect::<Vec<_>>().join(", ")
 }
 
 #[cfg(test)]

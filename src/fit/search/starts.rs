@@ -11,7 +11,7 @@
 //! its residuals are more than white noise.
 //!
 //! The search ends at the first converged optimum with acceptable residuals (`residual_acceptance`) that are white
-//! noise. If it stops at the first fit, as on a mesh that the program chose, plausible residuals suffice. After an
+//! noise. Without a measured motion it ends after all starts of a level. If it stops at the first fit, as on a mesh that the program chose, plausible residuals suffice. After an
 //! optimum it begins no finer scan beyond [`MOST_WORK`], or if the data precheck found a likely error of the set-up.
 //! Output (`global_optimum`): the optimum with the lowest objective of all starts; without one the last error. A stop
 //! by the user, and a scan without a point that can be simulated, are errors in any case.
@@ -176,7 +176,8 @@ impl Search<'_> {
                         continue;
                     }
                     self.try_start(&start, level, &mut results)?;
-                    if results.has(is_final) {
+                    // Fits at rest take little work, and another minimum may be as low.
+                    if results.has(is_final) && self.moves() {
                         break 'levels;
                     }
                     tried.push(start);
@@ -215,7 +216,7 @@ impl Search<'_> {
     }
 
     /// Fits the full model from the point `start` over the growing horizons of the `level`. The optimum becomes the
-    /// best one in `results` if its objective is lower; a failure becomes the last one there. An error only if the user
+    /// best one in `results` if it is [preferred](Search::is_preferred); a failure becomes the last one there. An error only if the user
     /// stopped the fit.
     fn try_start(
         &self,
@@ -224,7 +225,9 @@ impl Search<'_> {
         results: &mut StartResults,
     ) -> Result<(), Error> {
         match self.refine(start, level) {
-            Ok(optimum) if !results.has(|b| optimum.cost >= b.cost) => results.best = Some(optimum),
+            Ok(optimum) if !results.has(|b| !self.is_preferred(&optimum, b)) => {
+                results.best = Some(optimum);
+            }
             Ok(_) => {}
             Err(Error::Interrupted) => return Err(Error::Interrupted),
             Err(error) => results.failure = Some(error),

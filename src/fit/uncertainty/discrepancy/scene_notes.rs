@@ -2,7 +2,8 @@
 //! large strains.
 //!
 //! [`scene_notes`] examines the scenes of all experiments at the values of the optimum, and adds each note once to the
-//! warnings of a fit. Notes do not lower the grade. Structures are not examined: one note lists which effects are not
+//! warnings of a fit. Notes do not lower the grade. A fitted Young's modulus of no solid does, and so do strains above
+//! [`IMPOSSIBLE_STRAIN`]. Structures are not examined: one note lists which effects are not
 //! assessed for them. A strain above `LARGEST_STRAIN`, the limit of a linear material, has a note, for the first such
 //! experiment only. Strains of measured shapes at rest are those of the equilibrium. Strains of a measured motion are
 //! the largest of a simulation.
@@ -17,9 +18,13 @@ use crate::fit::search::fitted::Fitted;
 use crate::fit::uncertainty::warning_list::{Severity, Warnings};
 use crate::problem::strain::{LARGEST_STRAIN, LargestStrain, StrainGauge};
 use crate::problem::{AnyProblem, Problem, Purpose};
+use crate::scene::Parameter;
 
 /// Largest displacement of a released rod over that of its equilibrium: 2 of an undamped linear oscillation.
 const OVERSHOOT: f64 = 2.0;
+
+/// Strain above which the linear model describes no rod: results are wrong, mostly by the units or the set-up.
+const IMPOSSIBLE_STRAIN: f64 = 0.3;
 
 /// Text of the note on a structure: effects that are assessed for one rod only.
 const STRUCTURE_SCOPE: &str = "shear flexibility, large strains and motions out of the plane are not \
@@ -31,6 +36,8 @@ const STRUCTURE_SCOPE: &str = "shear flexibility, large strains and motions out 
 /// of the assessment instead. Experiments whose scene does not allow the values of the optimum are skipped.
 pub(crate) fn scene_notes(fitted: Fitted, warnings: &mut Warnings) {
     let mut added: Vec<String> = Vec::new();
+    let unknowns = fitted.search.unknowns;
+    let fits_modulus = unknowns.iter().any(|own| own.parameter == Parameter::YoungsModulus);
     if fitted.search.experiments.iter().any(|e| e.problem.scene().structure.is_some()) {
         warnings.add(Severity::Note, Code::StructureScope, STRUCTURE_SCOPE);
     }
@@ -64,6 +71,7 @@ pub(crate) fn scene_notes(fitted: Fitted, warnings: &mut Warnings) {
             largest.include(other);
             largest
         });
+        let largest_strain = largest.map_or(0.0, |largest| largest.strain);
         notes.extend(largest.into_iter().flat_map(|largest| largest.warnings(modulus)));
         for (code, text) in notes {
             // The texts of strains differ between experiments; one note on them is enough.
@@ -74,10 +82,23 @@ pub(crate) fn scene_notes(fitted: Fitted, warnings: &mut Warnings) {
             };
             if !added.contains(&same) {
                 added.push(same);
-                warnings.add(Severity::Note, code, experiment.with_name(text));
+                let is_wrong = match code {
+                    Code::ImplausibleUnits => fits_modulus && problem.has_implausible_modulus(),
+                    Code::LargeStrain => largest_strain > IMPOSSIBLE_STRAIN,
+                    _ => false,
+                };
+                let severity = if is_wrong { Severity::Validity } else { Severity::Note };
+                warnings.add(severity, code, experiment.with_name(text));
             }
         }
     }
+}
+
+/// Whether the strain at equilibrium of any experiment is above [`IMPOSSIBLE_STRAIN`], with the values of an optimum.
+pub(crate) fn has_impossible_strain(fitted: Fitted) -> bool {
+    let strain = |experiment| strain_at_rest(&fitted.problem(experiment).ok()?);
+    let largest = fitted.search.experiments.iter().filter_map(strain);
+    largest.into_iter().any(|largest| largest.strain > IMPOSSIBLE_STRAIN)
 }
 
 /// The largest strain at equilibrium; none where that cannot be computed, or where recorded markers prescribe nodes.
