@@ -22,7 +22,9 @@ pub(crate) fn with_file<T: Send>(
     std::thread::scope(|scope| {
         let thread = std::thread::Builder::new().stack_size(STACK).spawn_scoped(scope, opened);
         // A panic of the reader is an error of the file.
-        let unknown = |_| Err("found a structure that is not known, allowed: a sound file".into());
+        let unknown = |_| {
+            Err("found a structure that is not known, allowed: a file that is not damaged".into())
+        };
         thread.map_err(|error| error.to_string())?.join().unwrap_or_else(unknown)
     })
 }

@@ -13,9 +13,9 @@ mod pickled_names;
 mod sleap;
 
 use crate::error::Error;
+use crate::hdf5::contents::{MOST_GROUPS, frames, listed, with_file};
 use crate::printable::column_name;
 use crate::signatures::is_hdf5;
-use contents::{MOST_GROUPS, frames, listed, with_file};
 use hdf5_pure::File;
 use std::borrow::Cow;
 use std::path::Path;
