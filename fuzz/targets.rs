@@ -14,7 +14,7 @@ use std::sync::{Arc, OnceLock};
 use std::time::{Duration, Instant};
 
 /// The targets by name: what is read, in which format.
-pub const TARGETS: [(&str, Target); 25] = [
+pub const TARGETS: [(&str, Target); 27] = [
     ("scene", Target::Scene),
     ("fit", Target::Fit),
     ("csv", Target::Markers(Format::Csv)),
@@ -30,6 +30,8 @@ pub const TARGETS: [(&str, Target); 25] = [
     ("trc", Target::Markers(Format::Trc)),
     ("sto", Target::Markers(Format::Sto)),
     ("c3d", Target::Markers(Format::C3d)),
+    ("hdf5-deeplabcut", Target::Markers(Format::DeepLabCut)),
+    ("hdf5-sleap", Target::Markers(Format::Sleap)),
     ("poses", Target::Poses),
     ("accelerations", Target::Accelerations),
     ("image", Target::Image),
@@ -380,7 +382,10 @@ fn accelerations(path: &Path) -> bool {
 /// The files that a target begins with.
 pub fn corpus(target: &str) -> Vec<(PathBuf, Vec<u8>)> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let folders = [root.join("fuzz/corpus"), root.join("corpus")];
+    // HDF5 files are those of the tests of marker-files.
+    let parents =
+        ["fuzz/corpus", "corpus", "crates/marker-files/tests", "../crates/marker-files/tests"];
+    let folders = parents.map(|parent| root.join(parent));
     let read = |folder: &PathBuf| std::fs::read_dir(folder.join(target)).ok();
     let found = folders.iter().find_map(read).expect("every target has a corpus");
     let mut files: Vec<_> = found

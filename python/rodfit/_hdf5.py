@@ -1,4 +1,4 @@
-"""Conversion of HDF5 files of DeepLabCut and SLEAP to the CSV tables that rodfit reads."""
+"""Conversion of HDF5 files of DeepLabCut and SLEAP to CSV tables, for the few kinds that rodfit does not read directly."""
 
 from __future__ import annotations
 

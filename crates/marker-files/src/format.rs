@@ -1,13 +1,14 @@
 //! The formats of motion-capture and tracking programs, and their recognition by the first bytes of a file.
 //!
 //! [`Format::detect`] takes the bytes of a file and returns its format. C3D is recognized by the signature of its
-//! bytes. Of other files the first 4096 bytes are examined as text. Most programs are recognized by the text of the
+//! bytes, HDF5 files by theirs and their data sets. Of other files the first 4096 bytes are examined as text. Most programs are recognized by the text of the
 //! first cell, or by names of columns in the first line, and Tracker by `t` at the start of the second line. Blank
 //! lines are skipped. OpenSim is recognized by a line `endheader` anywhere in this text. A file that no program matches
 //! is a plain table (CSV); there is no error. [`Format::key`] is the name of a format in configuration files,
 //! [`Format::program`] the name of its program for messages.
 
-use crate::signatures::{is_c3d, is_end_of_header};
+use crate::hdf5::{self, Hdf5Program};
+use crate::signatures::{is_c3d, is_end_of_header, is_hdf5};
 use serde::{Deserialize, Serialize};
 
 /// Number of bytes at the beginning of a file that are examined.
@@ -55,7 +56,7 @@ formats! {
     Vicon "vicon" "Vicon Nexus";
     /// Tracker's data export, of one track or several.
     Tracker "tracker" "Tracker";
-    /// DeepLabCut's CSV, of one animal or several; Lightning Pose and SLEAP write it too.
+    /// DeepLabCut's CSV or HDF5, of one animal or several; Lightning Pose and SLEAP write its CSV too.
     DeepLabCut "deeplabcut" "DeepLabCut";
     /// DLTdv's points, in pixels or in space.
     Dltdv "dltdv" "DLTdv";
@@ -63,7 +64,7 @@ formats! {
     Qualisys "qualisys" "Qualisys";
     /// Kinovea's export to a spreadsheet, or to text.
     Kinovea "kinovea" "Kinovea";
-    /// SLEAP's analysis in CSV.
+    /// SLEAP's analysis in CSV or HDF5.
     Sleap "sleap" "SLEAP";
     /// TrackMate's spots.
     TrackMate "trackmate" "TrackMate";
@@ -76,13 +77,21 @@ formats! {
 }
 
 impl Format {
-    /// The format of a file by its first bytes. C3D is recognized by its signature. Other programs are recognized by
+    /// The format of a file by its first bytes. C3D is recognized by its signature. HDF5 files of DeepLabCut and SLEAP
+    /// are recognized by their data sets, with the feature `hdf5`; all bytes are needed for it. Other programs are recognized by
     /// the text of the first cell, names of columns in the first line, or a line `endheader` among the first 4096
     /// bytes. Tracker has `t` at the start of the second line. The result is a plain table ([`Format::Csv`]) if no
     /// program is recognized. A byte-order mark and blank lines are skipped; case is ignored in first cells.
     pub fn detect(bytes: &[u8]) -> Self {
         if is_c3d(bytes) {
             return Self::C3d;
+        }
+        if is_hdf5(bytes) {
+            return match hdf5::program(bytes) {
+                Some(Hdf5Program::DeepLabCut) => Self::DeepLabCut,
+                Some(Hdf5Program::Sleap) => Self::Sleap,
+                None => Self::Csv,
+            };
         }
         let text = String::from_utf8_lossy(&bytes[..bytes.len().min(FIRST)]);
         let text = text.trim_start_matches('\u{feff}');

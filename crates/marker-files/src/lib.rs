@@ -52,6 +52,11 @@ mod detections;
 mod error;
 pub mod file;
 mod format;
+#[cfg(feature = "hdf5")]
+mod hdf5;
+#[cfg(not(feature = "hdf5"))]
+#[path = "no_hdf5.rs"]
+mod hdf5;
 mod marker_file;
 pub mod printable;
 mod programs;

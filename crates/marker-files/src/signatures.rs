@@ -1,5 +1,6 @@
-//! Recognition of C3D files by their first bytes, and of storage files of OpenSim by the end of their header.
+//! Recognition of C3D and HDF5 files by their first bytes, and of storage files of OpenSim by the end of their header.
 //!
+//! An HDF5 file begins with 8 fixed bytes ([`is_hdf5`]).
 //! A C3D file has the number of its parameter block and 0x50 in the first two bytes, and the number of a processor in
 //! that block ([`is_c3d`]). The header of a storage file ends with a line `endheader` ([`is_end_of_header`]).
 
@@ -12,12 +13,20 @@ const PROCESSORS: [u8; 3] = [84, 85, 86];
 /// Largest number of the parameter block of a file that is recognized without a processor.
 const LARGEST_BLOCK: u8 = 16;
 
+/// First bytes of an HDF5 file.
+const HDF5: &[u8] = b"\x89HDF\r\n\x1a\n";
+
 /// Text of the last line of the header of a storage file of OpenSim.
 const END_OF_HEADER: &str = "endheader";
 
 /// Whether a line is the last one of the header of a storage file: `endheader`, ignoring case and spaces around it.
 pub(crate) fn is_end_of_header(line: &str) -> bool {
     line.trim().eq_ignore_ascii_case(END_OF_HEADER)
+}
+
+/// Whether bytes begin as those of an HDF5 file.
+pub(crate) fn is_hdf5(bytes: &[u8]) -> bool {
+    bytes.starts_with(HDF5)
 }
 
 /// Whether bytes begin as those of a C3D file: the number of the parameter block (from 1, blocks of [`C3D_BLOCK`]

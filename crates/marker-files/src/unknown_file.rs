@@ -8,22 +8,18 @@
 
 use crate::error::Error;
 use crate::format::Format;
-use crate::signatures::is_c3d;
+use crate::hdf5;
+use crate::signatures::{is_c3d, is_hdf5};
 use std::path::Path;
 
 /// Number of bytes at the beginning of a file that are examined.
 const EXAMINED: usize = 4096;
 
 /// First bytes of binary files, with their descriptions.
-const BINARY: [(&[u8], &str); 19] = [
+const BINARY: [(&[u8], &str); 18] = [
     (
         b"PK\x03\x04",
         "a zip archive, such as a spreadsheet (.xlsx, .ods; save it as CSV) or a Capture file (.cap)",
-    ),
-    (
-        b"\x89HDF\r\n\x1a\n",
-        "an HDF5 file (.h5, .mat, .slp), which is not read; rodfit.hdf5_to_csv in Python converts those of DeepLabCut \
-         and analysis files of SLEAP, which also write CSV",
     ),
     (b"MATLAB 5.0", "a MATLAB file (.mat)"),
     (b"\xd0\xcf\x11\xe0", "an old Office file (.xls)"),
@@ -52,6 +48,7 @@ pub(crate) fn check_text(path: &Path, bytes: &[u8]) -> Result<(), Error> {
             "a zip archive of CSV tables, as phyphox exports; unpack it and name the table, such as Raw Data.csv",
         )),
         Some(found) => Err(unknown(path, found)),
+        None if is_hdf5(bytes) => Err(unknown(path, &hdf5::description(bytes))),
         None => Ok(()),
     }
 }
@@ -103,6 +100,8 @@ fn binary(bytes: &[u8]) -> Option<&'static str> {
         return Some(found);
     }
     match bytes {
+        // Described by their data sets.
+        _ if is_hdf5(bytes) => None,
         _ if is_c3d(bytes) => Some("a C3D file"),
         [_, _, _, _, b'f', b't', b'y', b'p', ..] => Some("a video (.mp4, .mov)"),
         _ if bytes.iter().take(EXAMINED).any(|b| *b == 0) => Some("a binary file"),
