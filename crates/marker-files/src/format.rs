@@ -7,7 +7,7 @@
 //! is a plain table (CSV); there is no error. [`Format::key`] is the name of a format in configuration files,
 //! [`Format::program`] the name of its program for messages.
 
-use crate::hdf5::{self, Hdf5Program};
+use crate::hdf5;
 use crate::signatures::{is_c3d, is_end_of_header, is_hdf5};
 use serde::{Deserialize, Serialize};
 
@@ -87,10 +87,10 @@ impl Format {
             return Self::C3d;
         }
         if is_hdf5(bytes) {
-            return match hdf5::program(bytes) {
-                Some(Hdf5Program::DeepLabCut) => Self::DeepLabCut,
-                Some(Hdf5Program::Sleap) => Self::Sleap,
-                None => Self::Csv,
+            return match bytes {
+                _ if hdf5::is_sleap(bytes) => Self::Sleap,
+                _ if hdf5::is_deeplabcut(bytes) => Self::DeepLabCut,
+                _ => Self::Csv,
             };
         }
         let text = String::from_utf8_lossy(&bytes[..bytes.len().min(FIRST)]);

@@ -4,24 +4,23 @@ use crate::error::Error;
 use std::borrow::Cow;
 use std::path::Path;
 
-/// Programs whose HDF5 files are read with the feature.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Hdf5Program {
-    DeepLabCut,
-    Sleap,
+/// No file is read.
+pub(crate) fn is_sleap(_: &[u8]) -> bool {
+    false
 }
 
-/// No program: no HDF5 file is read.
-pub(crate) fn program(_: &[u8]) -> Option<Hdf5Program> {
-    None
+/// No file is read.
+pub(crate) fn is_deeplabcut(_: &[u8]) -> bool {
+    false
 }
 
-/// The bytes unchanged; the reader of the program rejects those of HDF5 files.
-pub(crate) fn as_table<'a>(
-    _: &Path,
-    _: Hdf5Program,
-    bytes: &'a [u8],
-) -> Result<Cow<'a, [u8]>, Error> {
+/// The bytes unchanged; the reader of SLEAP rejects those of HDF5 files.
+pub(crate) fn sleap_table<'a>(_: &Path, bytes: &'a [u8]) -> Result<Cow<'a, [u8]>, Error> {
+    Ok(bytes.into())
+}
+
+/// The bytes unchanged; the reader of DeepLabCut rejects those of HDF5 files.
+pub(crate) fn deeplabcut_table<'a>(_: &Path, bytes: &'a [u8]) -> Result<Cow<'a, [u8]>, Error> {
     Ok(bytes.into())
 }
 

@@ -1,9 +1,9 @@
 //! HDF5 files of DeepLabCut and SLEAP as the CSV tables of the same programs, which their readers take.
 //!
-//! Input are the bytes of a file. [`program`] finds the program by the data sets: `tracks` and `node_names` are the
-//! analysis of SLEAP, a table of pandas is a file of DeepLabCut. [`as_table`] returns the CSV table that the program
-//! would export, with all digits, and bytes that are no HDF5 file unchanged. [`description`] names the data sets of a
-//! file for messages. Errors name the data set, what was found and what is allowed.
+//! Input are the bytes of a file. Data sets determine the program: `tracks` and `node_names` are those of the analysis of
+//! SLEAP ([`is_sleap`]), a table of pandas is one of DeepLabCut ([`is_deeplabcut`]). [`sleap_table`] and
+//! [`deeplabcut_table`] return the CSV table that the program would export, with all digits, and bytes that are no HDF5
+//! file unchanged. [`description`] names the data sets of a file for messages. Errors name the data set, what was found and what is allowed.
 
 mod contents;
 mod data_set;
@@ -23,41 +23,42 @@ use std::path::Path;
 /// Most data sets that a description names.
 const MOST_NAMED: usize = 8;
 
-/// Programs whose HDF5 files are read.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Hdf5Program {
-    DeepLabCut,
-    Sleap,
-}
-
-/// The program that wrote an HDF5 file; `None` for files of others and damaged ones.
-pub(crate) fn program(bytes: &[u8]) -> Option<Hdf5Program> {
-    let find = |file: &File| {
+/// Whether the bytes are an analysis file of SLEAP.
+pub(crate) fn is_sleap(bytes: &[u8]) -> bool {
+    let has_tracks = |file: &File| {
         let sets = listed(file.root().datasets())?;
-        let has = |name: &str| sets.iter().any(|set| set == name);
-        if has("tracks") && has("node_names") {
-            return Ok(Some(Hdf5Program::Sleap));
-        }
-        Ok((!frames(file)?.is_empty()).then_some(Hdf5Program::DeepLabCut))
+        Ok(["tracks", "node_names"].iter().all(|name| sets.iter().any(|set| set == name)))
     };
-    with_file(bytes, find).ok().flatten()
+    with_file(bytes, has_tracks).unwrap_or_default()
 }
 
-/// The table in CSV that a program exports, of an HDF5 file with the same contents; bytes that are no HDF5 file
-/// unchanged. An error for other data sets than those of the program.
-pub(crate) fn as_table<'a>(
+/// Whether the bytes are an HDF5 file with a table of pandas, as DeepLabCut writes it.
+pub(crate) fn is_deeplabcut(bytes: &[u8]) -> bool {
+    with_file(bytes, |file| Ok(!frames(file)?.is_empty())).unwrap_or_default()
+}
+
+/// The table in CSV that SLEAP exports, of an analysis file; bytes that are no HDF5 file unchanged. An error for other
+/// data sets.
+pub(crate) fn sleap_table<'a>(path: &Path, bytes: &'a [u8]) -> Result<Cow<'a, [u8]>, Error> {
+    table(path, bytes, sleap::table)
+}
+
+/// The table in CSV that DeepLabCut exports, of its HDF5 file; bytes that are no HDF5 file unchanged. An error for other
+/// data sets.
+pub(crate) fn deeplabcut_table<'a>(path: &Path, bytes: &'a [u8]) -> Result<Cow<'a, [u8]>, Error> {
+    table(path, bytes, deeplabcut::table)
+}
+
+/// The table that `convert` makes of an HDF5 file and its size; bytes that are no HDF5 file unchanged.
+fn table<'a>(
     path: &Path,
-    program: Hdf5Program,
     bytes: &'a [u8],
+    convert: impl FnOnce(&File, usize) -> Result<Vec<u8>, String> + Send,
 ) -> Result<Cow<'a, [u8]>, Error> {
     if !is_hdf5(bytes) {
         return Ok(bytes.into());
     }
-    let size = bytes.len();
-    let table = with_file(bytes, |file| match program {
-        Hdf5Program::Sleap => sleap::table(file, size),
-        Hdf5Program::DeepLabCut => deeplabcut::table(file, size),
-    });
+    let table = with_file(bytes, move |file| convert(file, bytes.len()));
     table.map(Cow::Owned).map_err(|message| Error::data(path, 1, message))
 }
 

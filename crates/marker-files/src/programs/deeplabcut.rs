@@ -9,7 +9,7 @@
 
 use crate::error::Error;
 use crate::format::Format;
-use crate::hdf5::{self, Hdf5Program};
+use crate::hdf5;
 use crate::marker_file::{
     Clock, ColumnKind, ColumnLayout, FieldLine, FieldLines, LengthUnit, MarkerFile,
 };
@@ -19,7 +19,7 @@ use std::path::Path;
 /// messages. Markers of several animals are named `animal:part`. An error for missing header rows, other coordinates,
 /// or an image name without a frame number.
 pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<MarkerFile, Error> {
-    let bytes = hdf5::as_table(path, Hdf5Program::DeepLabCut, bytes)?;
+    let bytes = hdf5::deeplabcut_table(path, bytes)?;
     let lines = FieldLines::new(path, Format::DeepLabCut, &bytes, b',')?;
     let header: Vec<&FieldLine> = lines.list.iter().take(4).collect();
     let row = |name: &str| header.iter().find(|l| l.field(0) == name).copied();

@@ -8,7 +8,7 @@
 use crate::detections::Detections;
 use crate::error::Error;
 use crate::format::Format;
-use crate::hdf5::{self, Hdf5Program};
+use crate::hdf5;
 use crate::marker_file::{Clock, ColumnKind, FieldLines, FrameReading, LengthUnit, MarkerFile};
 use std::collections::HashMap;
 use std::path::Path;
@@ -21,7 +21,7 @@ const OTHERS: [&str; 4] = ["track", "frame_idx", "instance.score", "tracking_sco
 /// error for other columns, a node without x or y, another number of fields than the header, and two lines of a marker
 /// in one frame.
 pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<MarkerFile, Error> {
-    let bytes = hdf5::as_table(path, Hdf5Program::Sleap, bytes)?;
+    let bytes = hdf5::sleap_table(path, bytes)?;
     let lines = FieldLines::new(path, Format::Sleap, &bytes, b',')?;
     let Some((header, rows)) = lines.list.split_first() else {
         return lines.rejected(1, "nothing", "a header with `track`, `frame_idx` and the nodes");
