@@ -161,6 +161,13 @@ fn predict_command_takes_motions_and_shapes() {
     let [worst, mean] = ["worst", "mean"].map(|key| error[key].as_f64().unwrap());
     // Positions in the file are displaced by 2 mm in one of two coordinates, as the rows above state.
     assert!((worst - 2e-3).abs() < 1e-6 && (mean - 1e-3).abs() < 1e-6, "{error}");
+    assert_eq!(folder.json("e.json")["warning_codes"], serde_json::json!([]));
+    // The motion of the tip is not that of a point beside the clamp.
+    let near =
+        ["predict", "scene.toml", "--json", "n.json", "--on", "motion.csv", "--point", "0.02"];
+    succeeds(&folder.run(&near));
+    let codes = &folder.json("n.json")["warning_codes"];
+    assert_eq!(*codes, serde_json::json!(["large-prediction-error"]));
     let still = replaced(crate::folder::SCENE, "[time]\nend = 0.3\nstep = 2e-3\nbeta = 0.5\n", "");
     folder.write("still.toml", &still);
     succeeds(&folder.run(&["static", "still.toml", "--out", "rest.csv", "-q"]));

@@ -18,7 +18,7 @@ use crate::fit::Fit;
 use crate::fit::measurement::experiment::{Experiment, all};
 use crate::fit::validate::{check_predicted, check_recorded};
 use crate::fit::validation_errors::compute::compare_all;
-use crate::fit::validation_errors::report::ValidationReport;
+use crate::fit::validation_errors::report::{MeasurementError, ValidationReport};
 use crate::numerics::stopwatch::Stopwatch;
 use crate::summary::distinct;
 
@@ -41,6 +41,12 @@ impl Fit {
         check_predicted(&self.experiments)?;
         check_recorded(&self.experiments)?;
         let mut report = compare_all(&self.experiments, self.keep_plot_data)?;
+        let warnings: Vec<String> =
+            report.errors.iter().filter_map(MeasurementError::warning).collect();
+        for words in warnings {
+            report.warnings.push(Code::LargePredictionError.behind(words));
+            report.warning_codes.push(Code::LargePredictionError);
+        }
         if !self.unknowns.is_empty() {
             let names = distinct(self.unknowns.iter().map(|u| u.parameter.to_string()));
             let not_fitted = match &names[..] {

@@ -46,6 +46,28 @@ pub struct MeasurementError {
     pub relative: Option<f64>,
 }
 
+impl MeasurementError {
+    /// The warning text of a prediction that is worse than no motion at all, by more than the noise explains; `None` of
+    /// others.
+    pub(super) fn warning(&self) -> Option<String> {
+        let beyond_noise = self.sigma.is_none_or(|sigma| self.rms > NOISE_LIMIT * sigma);
+        let relative = self.relative.filter(|relative| *relative > 1.0 && beyond_noise)?;
+        let experiment = match &self.experiment[..] {
+            "" => String::new(),
+            name => format!("{name}: "),
+        };
+        Some(format!(
+            "{experiment}{}: the error is {:.0} % of the measured change, more than that of no change at all. Check the \
+             observed point, time_zero, scale, axes, origin and units before the model",
+            self.observation,
+            100.0 * relative
+        ))
+    }
+}
+
+/// RMS error over the stated noise up to which a prediction agrees with the data, whatever their change.
+const NOISE_LIMIT: f64 = 3.0;
+
 /// Summary of the prediction errors of all measurements in one unit.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
