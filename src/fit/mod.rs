@@ -542,7 +542,9 @@ impl Fit {
                 warnings.add(Severity::Worthless, Code::BetterMinimum, words);
             }
         }
-        if let Some(other) = search.equal_minimum(optimum, local.noise.misfit_scale) {
+        if let Some(other) =
+            search.equal_minimum(optimum, local.noise.misfit_scale, &local.covariance.deviation)
+        {
             let words = equal_minimum_warning(search.unknowns, &other.x);
             // A rod that is stretched beyond all materials is no other explanation.
             let other = Optimum { x: other.x, ..optimum.clone() };

@@ -32,6 +32,8 @@ const EXPLAINED_BY_NOISE: f64 = 4.0;
 /// Smallest distance of two minima of equilibria in different branches, on the unknowns' scales: a factor of 1.6 of a
 /// positive parameter.
 const OTHER_BRANCH: f64 = 0.5;
+/// The same in standard deviations of the estimate; within it the data do not separate the two, which is no branch.
+const OTHER_BRANCH_DEVIATIONS: f64 = 8.0;
 
 /// Result of the comparison of the chosen minimum with others.
 pub(crate) struct MinimumComparison<'a> {
@@ -71,15 +73,28 @@ impl<'a> Search<'a> {
         Some(distance(x, &scene))
     }
 
-    /// Another recorded minimum on this mesh, more than [`OTHER_BRANCH`] away, that explains the data as well as the
-    /// `optimum` does: the lowest whose doubled objective is higher by at most [`EXPLAINED_BY_NOISE`] times the
-    /// `variance` of the noise. `None` with a measured motion, whose search compares minima as it proceeds.
-    pub fn equal_minimum(&self, optimum: &Optimum, variance: f64) -> Option<Minimum> {
+    /// Another recorded minimum on this mesh that explains the data as well as the `optimum` does: the lowest whose
+    /// doubled objective is higher by at most [`EXPLAINED_BY_NOISE`] times the `variance` of the noise. It is more than
+    /// [`OTHER_BRANCH`] and, in some unknown, [`OTHER_BRANCH_DEVIATIONS`] of the standard `deviations` away. `None` if
+    /// an unknown has no deviation, so that minima are points of one valley. `None` also with a measured motion, whose
+    /// search compares minima as it proceeds.
+    pub fn equal_minimum(
+        &self,
+        optimum: &Optimum,
+        variance: f64,
+        deviations: &[Option<f64>],
+    ) -> Option<Minimum> {
+        let deviations: Vec<f64> = deviations.iter().copied().collect::<Option<_>>()?;
+        let is_apart = |x: &[f64]| {
+            let mut pairs = x.iter().zip(&optimum.x).zip(&deviations);
+            pairs.any(|((x, own), deviation)| (x - own).abs() > OTHER_BRANCH_DEVIATIONS * deviation)
+        };
         let misfit = |minimum: &Minimum| minimum.squares.misfit(&self.sigmas);
         let is_equal = |minimum: &Minimum| {
             minimum.converged
                 && minimum.numerics == self.numerics
                 && distance(&minimum.x, &optimum.x) > OTHER_BRANCH
+                && is_apart(&minimum.x)
                 && 2.0 * (misfit(minimum) - optimum.cost) <= EXPLAINED_BY_NOISE * variance
         };
         let mut minima = self.journal.minima();
