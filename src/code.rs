@@ -140,7 +140,6 @@ codes! {
     Frictionless "frictionless",
     StructureScope "structure-scope",
     NumericalDamping "numerical-damping",
-    MeanStretch "mean-stretch",
     // Problems of equilibria and of derivatives.
     Unstable "unstable",
     Marginal "marginal",
@@ -151,6 +150,7 @@ codes! {
     EnergyGrowth "energy-growth",
     NotFinite "not-finite",
     UnstableStep "unstable-step",
+    MeanStretch "mean-stretch",
     Fold "fold",
     LargeRotation "large-rotation" formerly "leap",
     PassedObstacle "passed-obstacle",

@@ -122,7 +122,7 @@ pub(crate) use uncertainty::discrepancy::findings::biases_beyond_interval;
 pub use uncertainty::discrepancy::findings::{ScoreTest, UndetectedBias};
 pub use uncertainty::discrepancy::free_run::{ErrorSummary, RecordingError, RecordingErrors};
 pub use uncertainty::discrepancy::prediction::Prediction;
-use uncertainty::discrepancy::scene_notes::has_impossible_strain;
+use uncertainty::discrepancy::scene_notes::is_impossible;
 pub use uncertainty::discretization::errors::DiscretizationError;
 pub use uncertainty::estimate::{ClusterJackknife, Estimate, ExperimentEstimate};
 pub use uncertainty::grade::Grade;
@@ -546,9 +546,9 @@ impl Fit {
             search.equal_minimum(optimum, local.noise.misfit_scale, &local.covariance.deviation)
         {
             let words = equal_minimum_warning(search.unknowns, &other.x);
-            // A rod that is stretched beyond all materials is no other explanation.
+            // A rod that cannot exist is no other explanation of the data.
             let other = Optimum { x: other.x, ..optimum.clone() };
-            let is_possible = !has_impossible_strain(Fitted { search, optimum: &other });
+            let is_possible = !is_impossible(Fitted { search, optimum: &other });
             let severity = if is_possible { Severity::Worthless } else { Severity::Note };
             warnings.add(severity, Code::EqualMinimum, words);
         }

@@ -54,6 +54,11 @@ pub(crate) enum Purpose {
 }
 
 impl Problem {
+    /// Whether numbers of the scene appear to be in other units than SI, or are those of no material.
+    pub(crate) fn has_implausible_units(&self) -> bool {
+        units(&self.scene, self.length()).is_some()
+    }
+
     /// Whether Young's modulus is that of no solid.
     pub(crate) fn has_implausible_modulus(&self) -> bool {
         let modulus = self.scene.material.youngs_modulus;

@@ -94,11 +94,13 @@ pub(crate) fn scene_notes(fitted: Fitted, warnings: &mut Warnings) {
     }
 }
 
-/// Whether the strain at equilibrium of any experiment is above [`IMPOSSIBLE_STRAIN`], with the values of an optimum.
-pub(crate) fn has_impossible_strain(fitted: Fitted) -> bool {
-    let strain = |experiment| strain_at_rest(&fitted.problem(experiment).ok()?);
-    let largest = fitted.search.experiments.iter().filter_map(strain);
-    largest.into_iter().any(|largest| largest.strain > IMPOSSIBLE_STRAIN)
+/// Whether no rod has the values of an optimum: the strain at equilibrium of any experiment is above
+/// [`IMPOSSIBLE_STRAIN`], or numbers of its scene are implausible.
+pub(crate) fn is_impossible(fitted: Fitted) -> bool {
+    fitted.search.experiments.iter().filter_map(|own| fitted.problem(own).ok()).any(|problem| {
+        let strain = strain_at_rest(&problem).map_or(0.0, |largest| largest.strain);
+        strain > IMPOSSIBLE_STRAIN || problem.has_implausible_units()
+    })
 }
 
 /// The largest strain at equilibrium; none where that cannot be computed, or where recorded markers prescribe nodes.
