@@ -223,7 +223,8 @@ fn even_mode_numbers_of_a_pinned_rod_are_noted_with_the_other_modulus() {
 #[test]
 fn mode_numbers_of_a_cantilever_are_unique() {
     let ratios = [1.0, (4.694_091_f64 / 1.875_104).powi(2), (7.854_757_f64 / 1.875_104).powi(2)];
-    let report = numbered(Support::Clamped, Support::Free, &ratios, &[1, 2, 3]);
+    // A quarter of the frequencies: the modulus is that of a metal.
+    let report = numbered(Support::Clamped, Support::Free, &ratios.map(|r| 0.25 * r), &[1, 2, 3]);
     assert!(warning_of(&report, Code::ModeNumbers).is_none(), "{report}");
     assert_eq!(report.grade, Grade::Trustworthy, "{report}");
 }
