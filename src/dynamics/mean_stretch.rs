@@ -1,4 +1,4 @@
-//! Stretching by the mean of two states of a step, in which the average vector field takes its forces, as a warning.
+//! Warning of the average vector field, which takes forces between the two states of a step: edges are shorter there.
 //!
 //! An edge that rotates by an angle `a` within a step is shorter by `a^2/8` in the mean of both states. Forces between
 //! the ends of the step thus have a strain that the motion does not have. Where the edge is stiff, their energy is taken
@@ -11,7 +11,7 @@ use crate::code::Code;
 use crate::scene::{Scene, Scheme};
 
 /// Largest stretching energy of mean states without a warning, over the largest kinetic energy. Pendulums of 20 edges
-/// with moduli from 1e9 to 1e13 Pa were off by 0.2 of this ratio, as a part of their length.
+/// with moduli of 1e10 and 1e11 Pa were off by a fifth of this ratio times their length.
 const MAX_MEAN_STRETCH: f64 = 0.02;
 
 /// Stretching energies of a rod in the means of successive states.

@@ -337,8 +337,8 @@ impl SimulationReport {
 
     /// Completes the report with the work and time of the run `trajectory` and its status: `completed`, or `stopped: `
     /// with the error of `outcome` and its code. Appends warnings about large strains, deep contacts, numerical
-    /// damping, stretching of mean states and an unstable state, in this order, with their codes; the last one only if [stability was
-    /// checked](Trajectory::check_stability).
+    /// damping, stretching of mean states and an unstable state, in this order, with their codes. The last one is only
+    /// given if [stability was checked](Trajectory::check_stability).
     pub fn finish(&mut self, trajectory: &Trajectory, outcome: &Result<(), Error>) {
         self.work = trajectory.work();
         self.newton_iterations = self.work.newton_iterations;

@@ -5,6 +5,7 @@ use rodfit::{Scene, Structure, StructureScene, Trajectory};
 
 /// Steps of the motions.
 const STEPS: usize = 60;
+
 /// Two times of viscous stress and a Maxwell branch, each times a factor.
 fn damping(factor: f64, relaxes: bool) -> String {
     let branch = match relaxes {
@@ -18,12 +19,14 @@ fn damping(factor: f64, relaxes: bool) -> String {
     )
 }
 
+/// The text with thicker rods of rubber in place of steel.
 fn soft(text: String) -> String {
     text.replace("2e11", "2e6")
         .replace("200000000000", "2e6")
         .replace("radius = 1e-3", "radius = 4e-3")
 }
 
+/// Text of `[time]`; only some schemes take a tolerance.
 fn time(scheme: &str) -> String {
     let tolerance = match scheme {
         "average-vector-field" => "",

@@ -1,8 +1,8 @@
 //! The formats of motion-capture and tracking programs, and their recognition by the first bytes of a file.
 //!
 //! [`Format::detect`] takes the bytes of a file and returns its format. C3D is recognized by the signature of its
-//! bytes, HDF5 files by theirs and their data sets. Of other files the first 4096 bytes are examined as text. Most programs are recognized by the text of the
-//! first cell, or by names of columns in the first line, and Tracker by `t` at the start of the second line. Blank
+//! bytes, HDF5 files by theirs and their data sets. Of other files the first 4096 bytes are examined as text. Most
+//! programs are recognized by the text of the first cell, or by names of columns in the first line, and Tracker by `t` at the start of the second line. Blank
 //! lines are skipped. OpenSim is recognized by a line `endheader` anywhere in this text. A file that no program matches
 //! is a plain table (CSV); there is no error. [`Format::key`] is the name of a format in configuration files,
 //! [`Format::program`] the name of its program for messages.
@@ -78,8 +78,8 @@ formats! {
 
 impl Format {
     /// The format of a file by its first bytes. C3D is recognized by its signature. HDF5 files of DeepLabCut and SLEAP
-    /// are recognized by their data sets, with the feature `hdf5`; all bytes are needed for it. Other programs are recognized by
-    /// the text of the first cell, names of columns in the first line, or a line `endheader` among the first 4096
+    /// are recognized by their data sets, with the feature `hdf5`; all bytes are needed for it. Other programs are
+    /// recognized by the text of the first cell, names of columns in the first line, or a line `endheader` among the first 4096
     /// bytes. Tracker has `t` at the start of the second line. The result is a plain table ([`Format::Csv`]) if no
     /// program is recognized. A byte-order mark and blank lines are skipped; case is ignored in first cells.
     pub fn detect(bytes: &[u8]) -> Self {
