@@ -1,13 +1,14 @@
 //! Warning of the average vector field, which takes forces between the two states of a step: edges are shorter there.
 //!
 //! An edge that rotates by an angle `a` within a step is shorter by `a^2/8` in the mean of both states. Forces between
-//! the ends of the step thus have a strain that the motion does not have. Where the edge is stiff, their energy is taken
-//! from the kinetic energy, and the motion is slower than that of the rod. The total energy is conserved all the same.
-//! [`MeanStretch`] is the stretching energy, J, of the edges of one rod in the mean of two successive states, from the
-//! positions of its nodes, m. [`warning`] is the code and text of the warning of a run, if that energy exceeds
+//! the ends of the step thus have a strain that the motion does not have. Where the edge is stiff, their energy is
+//! taken from the kinetic energy, and the motion is slower than that of the rod. The total energy is conserved all the
+//! same. [`MeanStretch`] is the stretching energy, J, of the edges of one rod in the mean of two successive states,
+//! from the positions of its nodes, m. [`warning`] is the code and text of the warning of a run, if that energy exceeds
 //! [`MAX_MEAN_STRETCH`] of the largest kinetic energy; `None` for other schemes.
 
 use crate::code::Code;
+use crate::numerics::vector::{dot, sub};
 use crate::scene::{Scene, Scheme};
 
 /// Largest stretching energy of mean states without a warning, over the largest kinetic energy. Pendulums of 20 edges
@@ -39,7 +40,7 @@ impl MeanStretch {
         let (mut energy, mut last, mut edge) = (0.0, None, 0);
         for node in nodes {
             let Some(previous) = last.replace(node) else { continue };
-            let now: [f64; 3] = [0, 1, 2].map(|c| node[c] - previous[c]);
+            let now: [f64; 3] = sub(node, previous);
             match self.before.get_mut(edge) {
                 None => self.before.push(now),
                 Some(before) => {
@@ -58,7 +59,7 @@ impl MeanStretch {
 
 /// Length of a vector.
 fn norm(x: [f64; 3]) -> f64 {
-    x.iter().map(|x| x * x).sum::<f64>().sqrt()
+    dot(x, x).sqrt()
 }
 
 /// Code and text of the warning of a run, in which the stretching energy of mean states was at most `stretch` and the

@@ -340,9 +340,10 @@ impl Blueprint {
 type Joined<D, L> =
     (Vec<Member<D, L>>, Vec<D>, Vec<<L as AssemblyLayout>::RodFrames<D>>, Vec<Mesh<D>>);
 
-/// The members of an assembly of rods in order, with the ranges of their unknowns, then the unknowns, frames and
-/// meshes. The unknowns are those of all rods, each padded with zeros to a multiple of `L::STRIDE`, then the
-/// coordinates `z` of bodies and springs. `held` returns the nodes of a rod that bodies carry and walls hold.
+/// The members of an assembly of rods in order, with their damping factors in `scene` and the ranges of their unknowns,
+/// then the unknowns, frames and meshes. The unknowns are those of all rods, each padded with zeros to a multiple of
+/// `L::STRIDE`, then the coordinates `z` of bodies and springs. `held` returns the nodes of a rod that bodies carry and
+/// walls hold.
 fn joined<D: RodScalar, L: AssemblyLayout>(
     scene: &StructureScene<D>,
     rods: Vec<PlacedRod<D, L>>,

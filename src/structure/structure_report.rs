@@ -3,8 +3,9 @@
 //! [`StructureReport`] collects times, s, energies, J, contact forces, N, and ends of the rods, m. `push` adds a state,
 //! `push_energies` its time and energies only; both record the largest strain of each rod. `finish` sets the status and
 //! the warnings: defects of the recording that moves ends, steps that resolve it poorly, implausible units, large
-//! strains, a change of the energy, and stretching of mean states. The change of the energy is compared with the largest kinetic energy, only without damping of
-//! rods and joints and without recorded ends. `summary` is the text for a terminal.
+//! strains, a change of the energy, and stretching of mean states. The change of the energy is compared with the
+//! largest kinetic energy, only without damping of rods and joints and without recorded ends. `summary` is the text for
+//! a terminal.
 
 use crate::dynamics::{ContactForces, MeanStretch, Work, energy_warning, mean_stretch_warning};
 use crate::error::Error;
@@ -109,10 +110,9 @@ impl StructureReport {
     }
 
     /// Sets the status, `completed` or the text of the error in `outcome`, and replaces the warnings: those of the
-    /// scene first, then those of large strains, that of the energy, and that of stretching of mean states. The one of the
-    /// energy is given if the change of the
-    /// energy over the largest kinetic energy exceeds the limit for the scene of the first rod. There is none with
-    /// damping of rods or joints, with recorded ends, and without kinetic energy.
+    /// scene first, then those of large strains, that of the energy, and that of stretching of mean states. The one of
+    /// the energy is given if the change of the energy over the largest kinetic energy exceeds the limit for the scene
+    /// of the first rod. There is none with damping of rods or joints, with recorded ends, and without kinetic energy.
     pub fn finish(&mut self, structure: &Structure, outcome: &Result<(), Error>) {
         let [change, kinetic] = self.energy_change();
         let energy =

@@ -10,6 +10,10 @@
 //! a warning ([`unreached_minimum_warning`]). It is clearly lower if twice the difference of the objectives exceeds
 //! [`EXPLAINED_BY_NOISE`] noise variances. An interruption is an error. `follow` records the end of a fit on a new mesh
 //! in the journal: in place of the former minimum, or as another one.
+//!
+//! At rest, without a measured motion, minima of other branches of equilibria may explain the data as well.
+//! `is_preferred` chooses between two optima, and `equal_minimum` returns another minimum for a warning
+//! ([`equal_minimum_warning`]).
 
 use crate::error::{Error, none_on_failure};
 use crate::fit::measurement::experiment::Experiment;
@@ -51,9 +55,9 @@ impl<'a> Search<'a> {
         self.experiments.iter().any(Experiment::moves)
     }
 
-    /// Whether the optimum `new` is preferred to the optimum `best`: the one with the lower objective. Without a measured
-    /// motion two objectives may be equal to the noise in different branches of equilibria, such as a bent rod and a soft
-    /// one that hangs down; then it is the one nearer to the values of the scene.
+    /// Whether the optimum `new` is preferred to the optimum `best`: the one with the lower objective. Without a
+    /// measured motion two objectives may be equal to the noise in different branches of equilibria, such as a bent rod
+    /// and a soft one that hangs down; then it is the one nearer to the values of the scene.
     pub fn is_preferred(&self, new: &Optimum, best: &Optimum) -> bool {
         let lower = new.cost < best.cost;
         if self.moves() || 2.0 * (new.cost - best.cost).abs() > EXPLAINED_BY_NOISE {

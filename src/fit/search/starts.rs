@@ -11,10 +11,11 @@
 //! its residuals are more than white noise.
 //!
 //! The search ends at the first converged optimum with acceptable residuals (`residual_acceptance`) that are white
-//! noise. Without a measured motion it ends after all starts of a level. If it stops at the first fit, as on a mesh that the program chose, plausible residuals suffice. After an
-//! optimum it begins no finer scan beyond [`MOST_WORK`], or if the data precheck found a likely error of the set-up.
-//! Output (`global_optimum`): the optimum with the lowest objective of all starts; without one the last error. A stop
-//! by the user, and a scan without a point that can be simulated, are errors in any case.
+//! noise. Without a measured motion it ends after all starts of a level. If it stops at the first fit, as on a mesh
+//! that the program chose, plausible residuals suffice. After an optimum it begins no finer scan beyond [`MOST_WORK`],
+//! or if the data precheck found a likely error of the set-up. Output (`global_optimum`): the optimum with the lowest
+//! objective of all starts; without one the last error. A stop by the user, and a scan without a point that can be
+//! simulated, are errors in any case.
 
 use crate::error::Error;
 use crate::fit::search::Search;
@@ -216,8 +217,8 @@ impl Search<'_> {
     }
 
     /// Fits the full model from the point `start` over the growing horizons of the `level`. The optimum becomes the
-    /// best one in `results` if it is [preferred](Search::is_preferred); a failure becomes the last one there. An error only if the user
-    /// stopped the fit.
+    /// best one in `results` if it is [preferred](Search::is_preferred); a failure becomes the last one there. An error
+    /// only if the user stopped the fit.
     fn try_start(
         &self,
         start: &[f64],
