@@ -83,6 +83,11 @@ const FITS: &[(&str, &str, &[&str])] = &[
     ),
     (
         "[[observation]]",
+        "[[frequencies]]\nhz = [26.3, 4.2]\nsigma = 1\n[[observation]]",
+        &["frequencies[0].modes", "4.2000 Hz as mode 2", "rise with the mode number"],
+    ),
+    (
+        "[[observation]]",
         "[[frequencies]]\nhz = [1]\nmodes = [201]\nsigma = 1\n[[observation]]",
         &["frequencies[0].modes[0]", "201"],
     ),

@@ -253,3 +253,27 @@ fn pre_trigger_record_proposes_the_onset_as_time_zero() {
     let fit = folder.read("new/cantilever-fit.toml");
     assert!(fit.contains(&format!("time_zero = {zero}")), "{fit}");
 }
+
+/// A marker that moves in the first frame, one step after the zero of its clock or long after it.
+#[test]
+fn start_of_a_marker_that_never_rests_is_assumed() {
+    for (first, zero) in [(0, "0"), (5, "0"), (4000, "4000")] {
+        let folder = Folder::new();
+        let row = |k: i32| {
+            let t = 1e-3 * f64::from(5 * k);
+            format!("{},{:.3},{:.3}\n", first + 5 * k, 300.0 + t, 25.0 * (9.0 * t + 0.4).cos())
+        };
+        folder.write(
+            "tip.csv",
+            &format!("t[ms],x[mm],y[mm]\n{}", (0..300).map(row).collect::<String>()),
+        );
+        let output = folder.run(&["inspect", "tip.csv"]);
+        succeeds(&output);
+        let shown = stdout(&output);
+        let line = shown.lines().find(|line| line.starts_with("time_zero")).unwrap();
+        assert!(
+            line.starts_with(&format!("time_zero = {zero} ")) && line.contains("assumed"),
+            "{line}"
+        );
+    }
+}

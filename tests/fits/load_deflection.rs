@@ -359,6 +359,9 @@ fn fit_file_reads_units_and_factor_and_rejects_wrong_tables() {
     let unknown = "[[parameter]]\nname = \"loads.point.0.force.y\"\n";
     rejected(keys, unknown, ["load_deflection[0].load", "no parameter of the fit"]);
     rejected(&keys.replace("-1.0", "0.0"), parameter, ["load_factor", "not 0"]);
+    // Millimeters without a unit would be a deflection of many lengths.
+    std::fs::write(folder.join("bending.csv"), "load,y\n0.01,20\n").unwrap();
+    rejected(keys, parameter, ["a displacement of 20.0000 m", "y [mm]"]);
     std::fs::write(folder.join("bending.csv"), "F[N],y[mm]\n1,2\n").unwrap();
     rejected(keys, parameter, ["bending.csv", "a column load"]);
     std::fs::write(folder.join("bending.csv"), "load[N],w[mm]\n1,2\n").unwrap();

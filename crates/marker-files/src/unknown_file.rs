@@ -1,7 +1,7 @@
 //! Descriptions of files that cannot be read as tables of markers, for error messages.
 //!
 //! Input are the path and the bytes of a file, in general the first 4096. Binary files are recognized by their first
-//! bytes (zip, HDF5, C3D, video and others) or a zero byte. Texts are recognized by their first lines: JSON, XML, no
+//! bytes (zip, HDF5, C3D, video and others) or a zero byte. Texts are recognized by their first lines: TOML, JSON, XML, no
 //! header, columns separated by spaces, and for tables of positions accelerations. Output: an error with the kind of
 //! file and the kinds that are read ([`check_text`] for binary files, [`describe_table`] and
 //! [`describe_position_table`] for texts). For a text that is none of these it is the error that the reader had.
@@ -120,7 +120,7 @@ fn is_zip_of_tables(bytes: &[u8]) -> bool {
 }
 
 /// The description of a text that is no table with a header, by its first two lines that are neither blank nor
-/// comments. Described are JSON, XML or HTML, numbers without a header, and columns with spaces between them below
+/// comments. Described are TOML, JSON, XML or HTML, numbers without a header, and columns with spaces between them below
 /// another number of names. `None` for other texts, for no text, and for a first line that does not end within the
 /// examined bytes.
 fn text(bytes: &[u8]) -> Option<String> {
@@ -135,6 +135,9 @@ fn text(bytes: &[u8]) -> Option<String> {
     let separated = |line: &str| line.contains([',', ';', '\t']);
     let is_number = |field: &str| field.trim().trim_matches('"').parse::<f64>().is_ok();
     let spaced = |line: &str| !separated(line) && line.split_whitespace().count() > 1;
+    if is_toml(first) {
+        return Some("a TOML file, such as a scene or a fit file".into());
+    }
     if first.starts_with(['{', '[']) {
         return Some("a JSON file".into());
     }
@@ -156,6 +159,25 @@ fn text(bytes: &[u8]) -> Option<String> {
         return Some("columns with spaces between them below another number of names".into());
     }
     None
+}
+
+/// Whether a line in lower case is the header of a TOML table, as `[rod]` or `[[rods]]`, or a key with a value after a
+/// spaced equals sign, as `model = "planar"`.
+fn is_toml(line: &str) -> bool {
+    let is_key = |text: &str| {
+        text.starts_with(|c: char| c.is_ascii_lowercase())
+            && text
+                .chars()
+                .all(|c| c.is_ascii_lowercase() || c.is_ascii_digit() || "_-.".contains(c))
+    };
+    let line = line.split('#').next().unwrap_or("").trim();
+    let table = line.strip_prefix('[').and_then(|rest| rest.strip_suffix(']'));
+    let name =
+        table.map(|name| name.strip_prefix('[').and_then(|n| n.strip_suffix(']')).unwrap_or(name));
+    name.is_some_and(|name| is_key(name.trim()))
+        || line
+            .split_once(" = ")
+            .is_some_and(|(key, value)| is_key(key.trim()) && !value.is_empty())
 }
 
 /// Whether a column in the header of a text is one of accelerations, ignoring case. Its name is then `ax`, `ay` or
@@ -198,6 +220,10 @@ mod tests {
             ("t x y\n0.0 0.5\n", "spaces between"),
             ("mass_A\nt x y\n0.0 0.5 0\n", "spaces between"),
             ("{\"t\": [0, 1]}\n", "a JSON file"),
+            ("[1, 2]\n", "a JSON file"),
+            ("# A rod.\n[rod] # of steel\nsegments = 5\n", "a TOML file"),
+            ("[[experiment]]\nscene = \"a.toml\"\n", "a TOML file"),
+            ("model = \"planar\"\n", "a TOML file"),
         ] {
             let found = text(content.as_bytes()).unwrap_or_default();
             assert!(found.contains(words), "{content}: {found}");

@@ -6,7 +6,7 @@
 //! `of_modes` sets the numbers; `plane`, `of_kind` and `along` set the filters. Simulated frequencies of bending modes
 //! include shear deformation and rotary inertia on request (`timoshenko`). `names` are those of the modes. Output:
 //! [`Frequencies`], a data set whose differences in a fit are simulated less measured angular frequency, rad/s.
-//! Frequencies that are not above 0, repeated modes, another number of modes than frequencies, and filters that the
+//! Frequencies that are not above 0, frequencies that fall with the mode number, repeated modes, another number of modes than frequencies, and filters that the
 //! scene does not allow (a structure allows none) are errors.
 
 use crate::error::{Error, ensure};
@@ -21,6 +21,9 @@ use crate::vibration::{ModeFilter, ModeKind, ModeName, ModePlane};
 
 /// Largest accepted mode number; higher ones are rejected before a simulation.
 const MOST_MODES: usize = 200;
+
+/// Smallest ratio of a frequency to that of a lower mode. A larger one rejects noisy frequencies of close modes.
+const LEAST_RISE: f64 = 0.9;
 
 /// A measured natural frequency with the number of its mode.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -128,6 +131,31 @@ impl ModeFrequencies {
     }
 }
 
+impl ModeFrequencies {
+    /// Rejects a frequency below [`LEAST_RISE`] of that of a lower mode: modes are numbered in rising frequency, and
+    /// noise reverses only frequencies close to each other. `key` is that of the table in the fit file.
+    fn check_order(&self, key: &str) -> Result<(), Error> {
+        let mut rising = self.values.clone();
+        rising.sort_by_key(|value| value.mode);
+        let mut highest: Option<Frequency> = None;
+        for value in rising {
+            if let Some(lower) = highest.filter(|lower| value.rad_s < LEAST_RISE * lower.rad_s) {
+                let hertz = |value: Frequency| value.rad_s / std::f64::consts::TAU;
+                let (own, other) = (hertz(value), hertz(lower));
+                let found = format!(
+                    "{own:.4} Hz as mode {} below {other:.4} Hz as mode {}",
+                    value.mode, lower.mode
+                );
+                let allowed =
+                    "frequencies that rise with the mode number; modes assigns the numbers";
+                return Err(Error::invalid(format!("{key}.modes"), found, allowed));
+            }
+            highest = highest.filter(|lower| lower.rad_s > value.rad_s).or(Some(value));
+        }
+        Ok(())
+    }
+}
+
 impl DataKind for ModeFrequencies {
     /// Name of the table of this kind of data in a fit file: `frequencies`.
     fn table(&self) -> &'static str {
@@ -188,7 +216,7 @@ impl DataKind for ModeFrequencies {
             let allowed = format!("1 .. {MOST_MODES}, each once");
             ensure(is_valid, format!("{key}.modes[{k}]"), value.mode, allowed)?;
         }
-        Ok(())
+        self.check_order(key)
     }
 
     /// Adds the modes (number and filter) whose frequencies are measured to the required `outputs`.

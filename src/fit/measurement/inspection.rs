@@ -168,17 +168,26 @@ impl Inspection {
 
     /// The `given` recording completed for the file `source`. The marker that moves most is named if there are several.
     /// The confidence threshold is [`SURE`] if the file has confidences. y points down in image coordinates unless
-    /// given. Time zero, given or not, is the frame nearest to the onset of motion, or the first clock reading without
-    /// one. Other keys of `given` stay.
+    /// given. Time zero, given or not, is the frame nearest to the onset of motion, or an
+    /// [assumed](Self::start_without_rest) one. Other keys of `given` stay.
     fn interpretation(&self, source: &MarkerFile, given: &Recording) -> Recording {
         let marker = self.most_moving_marker();
+        let onset = marker.and_then(|m| onset(source, &m.name));
         Recording {
             marker: marker.filter(|_| self.markers.len() > 1).map(|m| m.name.clone()),
             likelihood: marker.and_then(|m| m.low_confidence).map(|_| SURE),
             y: given.y.or(self.has_image_coordinates(source).then_some(Vertical::Down)),
-            time_zero: Some(marker.and_then(|m| onset(source, &m.name)).unwrap_or(self.clock[0])),
+            time_zero: Some(onset.unwrap_or_else(|| self.start_without_rest())),
             ..given.clone()
         }
+    }
+
+    /// Assumed start of the motion of a marker that never rests: 0, where the clock starts less than two usual steps
+    /// after it, else the first reading, in the unit of the clock.
+    fn start_without_rest(&self) -> f64 {
+        let [first, last] = self.clock;
+        let step = (last - first) / self.frames.saturating_sub(1).max(1) as f64;
+        if (0.0..=2.0 * step).contains(&first) { 0.0 } else { first }
     }
 
     /// Whether y points down as in an image: coordinates in pixels that are not stated to point up, or a file of
@@ -254,10 +263,12 @@ impl Inspection {
         }
         // The origin and the start of the motion relate the file to the scene.
         line("origin", "[0, 0, 0]".into(), "origin of the scene in coordinates of the file");
-        let zero = read.time_zero.unwrap_or(self.clock[0]);
+        let zero = read.time_zero.unwrap_or_else(|| self.start_without_rest());
         let words = match zero > self.clock[0] {
             true => "time in the file at which the motion starts; the marker rests before",
-            false => "time in the file at which the motion starts",
+            false => {
+                "assumed time in the file at which the motion starts: the marker does not rest before it"
+            }
         };
         line("time_zero", zero.to_string(), words);
         // The noise is stated only with a factor to meters.

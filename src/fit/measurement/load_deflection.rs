@@ -6,7 +6,7 @@
 //! are relative to the equilibrium at a load of zero, under the other loads of the scene. The equilibria are computed
 //! in the order of the loads: each search begins at the equilibrium under the load before. The camera has no effect.
 //! [`check_load`] rejects other parameters than loads, also for critical loads. Errors: a load that is no force or
-//! moment of the scene, or that is an unknown of the fit; structures; values that are not finite; an empty curve; and
+//! moment of the scene, or that is an unknown of the fit; structures; values that are not finite, or displacements of several rod lengths; an empty curve; and
 //! points that are not on the rod.
 
 use crate::dynamics::record::RecordView;
@@ -17,6 +17,10 @@ use crate::fit::measurement::simulated::{LoadCase, Requirements, SimulatedOutput
 use crate::fit::structure::structure_problem::refuse_structure;
 use crate::problem::Problem;
 use crate::scene::{Parameter, Point};
+
+/// Largest displacement over the length of the rod. A larger one accepts more displacements in a wrong unit, a smaller
+/// one rejects those of rods that stretch.
+const MOST_DISPLACEMENT: f64 = 3.0;
 
 /// A displacement under a load.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -117,7 +121,7 @@ impl DataKind for LoadCurve {
     }
 
     /// Rejects structures, a load that is no force or moment of the scene, a point that is not on the rod, and a curve
-    /// without values. Rejects values that are not finite, and loads that the scene does not allow, as a force out of
+    /// without values. Rejects values that are not finite, displacements above [`MOST_DISPLACEMENT`] lengths, and loads that the scene does not allow, as a force out of
     /// its plane.
     fn check(&self, _header: &Header, context: &ValidationContext) -> Result<(), Error> {
         let ValidationContext { problem, key, label, .. } = context;
@@ -130,6 +134,16 @@ impl DataKind for LoadCurve {
         let are_finite =
             self.curve.iter().all(|own| own.load.is_finite() && own.displacement.is_finite());
         ensure(are_finite, *label, "other values", "finite values")?;
+        let displacements = self.curve.iter().map(|own| own.displacement.abs());
+        let (largest, length) = (displacements.fold(0.0, f64::max), problem.length());
+        ensure(
+            largest <= MOST_DISPLACEMENT * length,
+            *label,
+            format!("a displacement of {largest:.4} m of a rod {length} m long"),
+            format!(
+                "up to {MOST_DISPLACEMENT} times the length of the rod; the header states another unit, as y [mm]"
+            ),
+        )?;
         problem.with_fixed_layout([(self.load, self.largest_load())]).map(|_| ())
     }
 

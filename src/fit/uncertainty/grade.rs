@@ -227,9 +227,9 @@ fn inadequate_model(warnings: &Warnings, compares_experiments: bool) -> String {
         return format!("the data contradict a bound or a prior: {text}");
     }
     if warnings.first(Severity::Unexplained).is_some() {
-        return "large residuals. Probable causes: a set-up error (release time, scale, fps, origin, tracked \
-                point, y direction, rod dimensions) or a wrong local minimum. Check the set-up, or give a \
-                start or bounds"
+        return "large residuals. Probable causes: a set-up error (units or scale, release time, origin, place on the rod, \
+                direction of an axis or of a load, rod dimensions) or a wrong local minimum. Check the set-up, or \
+                give a start or bounds"
             .into();
     }
     if let Some(text) = warnings.first(Severity::Validity) {

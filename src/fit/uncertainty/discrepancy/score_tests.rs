@@ -45,6 +45,8 @@ use crate::fit::uncertainty::noise::adequacy::VarianceAlong;
 use crate::fit::uncertainty::noise::residual_noise::weighted_residuals;
 use crate::fit::uncertainty::warning_list::{Severity, Warnings};
 use crate::numerics::total_order;
+use crate::scene::Parameter;
+use crate::scene::number::Quantity;
 use nalgebra::DVector;
 use statrs::distribution::{ContinuousCDF, Normal, StudentsT};
 use std::cmp::Reverse;
@@ -109,6 +111,15 @@ fn p_value(sigmas: f64, is_one_sided: bool, freedom: Option<f64>) -> f64 {
         None => Normal::standard().sf(z),
     };
     if is_one_sided { upper_tail(sigmas) } else { 2.0 * upper_tail(sigmas.abs()) }
+}
+
+/// Whether the number of a tested effect plus its estimated change is above zero in every scene of `experiments` with
+/// that number; true for numbers that may be negative, and for those that the scenes set to zero or a trace of it.
+fn is_possible(test: &ScoreTest, experiments: &[Experiment]) -> bool {
+    let Ok(parameter) = test.source.parse::<Parameter>() else { return true };
+    let Quantity { is_positive, may_vanish, .. } = parameter.quantity();
+    let values = experiments.iter().filter_map(|e| parameter.of(e.problem.scene()));
+    !is_positive || may_vanish || values.into_iter().all(|value| value + test.estimate > 0.0)
 }
 
 /// Adds one warning of the effects of the best rank of `tests`. Nothing is added unless its best test is significant,
@@ -236,6 +247,8 @@ impl ScoreTestInputs<'_> {
                 test.p_value = corrected(test.p_value);
                 test.p_value_if_correlated = test.p_value_if_correlated.map(corrected);
             }
+            // Numbers that no rod has, as negative densities, are no causes.
+            scored.retain(|ScoredEffect { test, .. }| is_possible(test, &experiments));
             ranked(scored, residuals, |along| statistics.variance_along(along).variance)
         };
         let mut residuals = weighted_residuals(fitted, noise);
