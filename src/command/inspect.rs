@@ -31,7 +31,7 @@ pub struct RecordingUnits {
     /// Frames per second, if the file does not contain them.
     #[arg(long, value_name = "HZ")]
     pub fps: Option<f64>,
-    /// Meters per pixel, or per unit that the file does not name.
+    /// Meters per pixel, or per length unit where the file states none.
     #[arg(long, value_name = "M")]
     pub scale: Option<f64>,
     /// Columns of a table by name or number, as in a fit file: '{ t = 1, x = "NAME_x" }'.

@@ -63,7 +63,7 @@ struct GlobalOptions {
     /// Print errors only: no progress and no summary.
     #[arg(short, long, global = true, help_heading = SHARED_OPTIONS)]
     quiet: bool,
-    /// Replace existing files by those of `init` and by interrupted results.
+    /// Allow `init` and interrupted computations to replace existing files.
     #[arg(long, global = true, help_heading = SHARED_OPTIONS)]
     overwrite: bool,
     /// Run computations that exceed the limits of memory, time and disk.
@@ -135,7 +135,7 @@ enum Command {
     /// Compute the expected uncertainty of a planned experiment, and the best marker position, duration and frame rate.
     #[command(after_help = "Example: rodfit design data/cantilever-fit.toml --sigma 1e-3")]
     Design(design::DesignOptions),
-    /// Describe a file of markers, and print the observation for a fit file.
+    /// Summarize a marker file, and print the `[[observation]]` table for a fit file.
     #[command(after_help = "Example: rodfit inspect data/cantilever-tip.csv")]
     Inspect(inspect::InspectOptions),
     /// Write a scene, a fit and synthetic data as a template.

@@ -207,7 +207,7 @@ fn point_value(text: &str) -> Result<Value, Error> {
     if text == "tip" {
         return Ok(Value::String(text.into()));
     }
-    let invalid = |_| Error::invalid("--point", text, "tip, or an arc length in metres");
+    let invalid = |_| Error::invalid("--point", text, "tip, or an arc length in m");
     let arc_length: f64 = text.parse().map_err(invalid)?;
     Ok(Value::Table(Table::from_iter([("arc_length".to_string(), Value::Float(arc_length))])))
 }

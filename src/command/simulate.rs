@@ -178,7 +178,7 @@ fn summary(problem: &Problem, report: &SimulationReport) -> Summary {
         .warnings(&report.warnings)
         .naming_warnings()
         .facts("Numerics", report.resolution.iter().map(|resolution| resolution.words()))
-        .fact("Rod", format!("{} m long", problem.length()))
+        .fact("Rod", format!("{:.6} m long", problem.length()))
         .fact(
             "Model",
             format!("{}, {} unknowns: {}", report.model, report.dof, report.model_reason),

@@ -64,7 +64,7 @@ enum MarkerSelection {
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(
     untagged,
-    expecting = "expected \"tip\", the index of a node, or { arc_length = metres from the wall }; in a structure \
+    expecting = "expected \"tip\", the index of a node, or { arc_length = meters from the start of the rod }; in a structure \
                  { rod = \"..\", at = \"tip\" } or { body = \"..\" }"
 )]
 pub(crate) enum ObservedPoint {
@@ -160,7 +160,7 @@ struct ObservationKeys {
     axes: Option<Axes>,
     /// Frames per second, Hz, of a file with frame numbers or of a planned observation.
     fps: Option<f64>,
-    /// Meters per pixel, or per unit that the file does not name.
+    /// Meters per pixel, or per length unit where the file states none.
     scale: Option<f64>,
     /// Position of the world's origin in the file's own coordinates and unit.
     #[serde(default, deserialize_with = "crate::input::arrays::some_numbers")]

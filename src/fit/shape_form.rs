@@ -39,7 +39,7 @@ pub(crate) struct ShapeForm {
     /// Whether the shape is validation data: predicted, not fitted.
     #[serde(default)]
     held_out: bool,
-    /// Meters per pixel, or per unit that the file does not name.
+    /// Meters per pixel, or per length unit where the file states none.
     scale: Option<f64>,
     /// Position of the world's origin in the file's own coordinates and unit.
     #[serde(default, deserialize_with = "crate::input::arrays::some_numbers")]

@@ -57,7 +57,7 @@ pub(super) fn undetected_bias(biases: &[UndetectedBias]) -> String {
          relative to the true value. The next column is the same bias in the unit of the estimate, divided by the \
          statistical standard error. The largest number of standard errors comes first. Likely omitted effects are listed too, with the size \
          that the residuals allow. \u{b1}: the data do not determine the sign. A size in per cent is relative to the \
-         value in the scene. The usual size is that of similar rods and set-ups. The test would reveal the effect.",
+         value in the scene. The usual size is that of similar rods and setups. The test would reveal the effect.",
     ) + &table.render_folded(SHOWN_EFFECTS, "effects")
         + &explanation(Code::UndetectedBias)
 }

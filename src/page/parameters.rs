@@ -146,7 +146,7 @@ fn experiment_estimates(estimates: &[Estimate]) -> String {
 /// without any.
 fn density_free_ratios(report: &FitReport) -> String {
     let groups = report.determined_groups.iter().filter(|group| group.interval95.is_none());
-    let table = HtmlTable::new("ratios known without the density", groups)
+    let table = HtmlTable::new("ratios independent of the density", groups)
         .text("ratio", |group| group.name.clone())
         .text("value", |group| {
             let std = group.value * group.relative_std_error;
@@ -155,5 +155,5 @@ fn density_free_ratios(report: &FitReport) -> String {
         .text("standard error (noise, or between experiments)", |group| {
             percent(group.relative_std_error)
         });
-    subsection("Known without the density", &table.render())
+    subsection("Independent of the density", &table.render())
 }

@@ -387,7 +387,7 @@ impl Problem {
         self.nodes() - 1
     }
     /// Positions of all nodes in the rest shape, in the world, m, from the first node on.
-    fn rest_positions(&self) -> Vec<[f64; 3]> {
+    pub(crate) fn rest_positions(&self) -> Vec<[f64; 3]> {
         with_model!(self, |discretized| discretized.rest_positions())
     }
     /// Position of the first node at rest in the world, m. At a clamp in the middle of an edge it is behind the wall.
@@ -555,8 +555,12 @@ impl Problem {
             self.scene.check_step(time.step_size()).map_err(|error| error.in_file(file))?;
         }
         self.scene.time.as_ref().ok_or_else(|| {
-            Error::invalid("time", "no such table", "[time] with end and step, to simulate")
-                .in_file(self.scene.path.as_deref())
+            Error::invalid(
+                "time",
+                "no such table",
+                "[time] with end, which a simulation requires; step is optional",
+            )
+            .in_file(self.scene.path.as_deref())
         })
     }
 }

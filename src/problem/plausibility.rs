@@ -112,8 +112,8 @@ impl Problem {
         let rough = self.scene.contacts.iter().position(Contact::has_friction);
         let contact = rough.map(|rough| {
             format!(
-                "equilibria and modes are without friction, and contacts[{rough}] has some: the rod slides freely along \
-                 the obstacle. Simulate the motion with [time] for friction"
+                "the friction of contacts[{rough}] is ignored in equilibria and modes: the rod slides freely along the \
+                 obstacle. Simulate the motion with [time] for friction"
             )
         });
         let rod = self.scene.loads.damping.friction.map(|friction| {
@@ -217,7 +217,7 @@ fn units(scene: &Scene, length: f64) -> Option<String> {
     }
     (!found.is_empty()).then(|| {
         format!(
-            "the model has {}, as if in other units than SI. Results are then off by powers of ten. Give m, kg/m^3, Pa \
+            "the model has {}: probably not in SI units. Results are then wrong by powers of ten. Give m, kg/m^3, Pa \
              and m/s^2: 1 g/cm^3 is 1000 kg/m^3, 1 MPa is 1e6 Pa, 1 GPa is 1e9 Pa",
             found.join(", ")
         )

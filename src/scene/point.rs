@@ -31,7 +31,7 @@ const AT_NODE: f64 = 1e-12;
 #[cfg_attr(test, schemars(bound = "D: crate::scene::number::SceneNumber + schemars::JsonSchema"))]
 #[serde(
     untagged,
-    expecting = "expected \"tip\", the index of a node, or { arc_length = metres from the wall }",
+    expecting = "expected \"tip\", the index of a node, or { arc_length = meters from the start of the rod }",
     from = "PointForm<D>",
     into = "PointForm<D>",
     bound = "D: crate::scene::number::SceneNumber"
@@ -52,7 +52,7 @@ pub enum Point<D = f64> {
 #[cfg_attr(test, schemars(bound = "D: crate::scene::number::SceneNumber + schemars::JsonSchema"))]
 #[serde(
     untagged,
-    expecting = "expected \"tip\", the index of a node, or { arc_length = metres from the wall }",
+    expecting = "expected \"tip\", the index of a node, or { arc_length = meters from the start of the rod }",
     bound = "D: crate::scene::number::SceneNumber"
 )]
 enum PointForm<D> {

@@ -111,7 +111,7 @@ impl Resolution {
         }
         let settings = match parts.is_empty() {
             true => "mesh and step as given".into(),
-            false => format!("chosen: {}", parts.join(", ")),
+            false => format!("chosen automatically: {}", parts.join(", ")),
         };
         let asked = self.accuracy;
         match (self.error, self.bound) {

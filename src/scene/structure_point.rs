@@ -51,7 +51,7 @@ pub struct PointOfBody {
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(
     untagged,
-    expecting = "expected \"start\", \"tip\", the index of a node, or { arc_length = metres from the start }"
+    expecting = "expected \"start\", \"tip\", the index of a node, or { arc_length = meters from the start }"
 )]
 pub enum RodPoint {
     /// An end.

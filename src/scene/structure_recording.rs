@@ -51,7 +51,7 @@ pub struct StructureRecording {
     /// Frames per second, Hz, for files with frame numbers only.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub fps: Option<f64>,
-    /// Meters per pixel, or per unit that the file does not name.
+    /// Meters per pixel, or per length unit where the file states none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub scale: Option<f64>,
     /// Direction of the file's y axis.

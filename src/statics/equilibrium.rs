@@ -107,7 +107,7 @@ impl Equilibrium {
         let status = match (self.stable, self.stable_in_plane, self.negative_directions) {
             (Some(true), ..) => Summary::new("stable equilibrium", Tone::Good),
             (None, Some(true), _) => Summary::new(
-                "stable equilibrium in its plane; out of the plane not examined: no shear modulus, or a moment acts",
+                "stable equilibrium in its plane; stability out of the plane not computed (requires a shear modulus, no moment)",
                 Tone::Good,
             ),
             (None, None, _) => Summary::new(
@@ -146,7 +146,7 @@ impl Equilibrium {
             summary = summary.fact("Numerics", resolution.words_over("the length"));
         }
         let text = format!(
-            "{} Newton iterations, residual {:.1e} N",
+            "Newton iterations: {}, residual {:.1e} N",
             self.newton_iterations, self.residual
         );
         summary.fact("Solution", text)

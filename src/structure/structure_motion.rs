@@ -161,7 +161,7 @@ impl Structure {
         let StructureScene { time, recording, supports, path, .. } = &self.scene;
         let in_file = |error: Error| error.in_file(path.as_deref());
         let Some(time) = time else {
-            let allowed = "[time] with end and step, to simulate";
+            let allowed = "[time] with end and step, which a simulation requires";
             return Err(in_file(Error::invalid("time", "no such table", allowed)));
         };
         if let Some(recording) = recording {

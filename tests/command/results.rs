@@ -43,7 +43,10 @@ fn missing_mesh_step_and_scheme_are_chosen() {
     folder.write("scene.toml", &open);
     let ran = folder.run(&["simulate", "scene.toml", "--json", "run.json"]);
     succeeds(&ran);
-    assert!(stdout(&ran).contains("chosen: ") && words(&stdout(&ran)).contains("requested 1e-3"));
+    assert!(
+        stdout(&ran).contains("chosen automatically: ")
+            && words(&stdout(&ran)).contains("requested 1e-3")
+    );
     let run = folder.json("run.json");
     let (found, scene) = (&run["resolution"], &run["scene"]);
     assert_eq!(
@@ -62,7 +65,7 @@ fn missing_mesh_step_and_scheme_are_chosen() {
         succeeds(&ran);
         // The mesh for what was asked, and nothing of steps.
         let (said, found) = (words(&stdout(&ran)), &folder.json("still.json")["resolution"]);
-        assert!(said.contains("chosen: ") && said.contains(whole), "{said}");
+        assert!(said.contains("chosen automatically: ") && said.contains(whole), "{said}");
         assert!(found["segments"].is_u64() && found["step"].is_null(), "{found}");
         assert!(found["error"].as_f64().unwrap() <= 1e-3, "{found}");
     }
@@ -79,7 +82,9 @@ fn missing_mesh_step_and_scheme_are_chosen() {
     );
     let fitted =
         folder.run(&["fit", "open-fit.toml", "--json", "fit.json", "--save", "fitted.toml"]);
-    assert!(stdout(&fitted).contains("chosen: ") && !stdout(&fitted).contains("refine"));
+    assert!(
+        stdout(&fitted).contains("chosen automatically: ") && !stdout(&fitted).contains("refine")
+    );
     let report = folder.json("fit.json");
     assert!(report["resolution"][0]["segments"].as_u64().unwrap() > 20);
     assert!(report["discretization_error"][0]["correction"].as_f64().is_some());

@@ -1,4 +1,4 @@
-//! Parameters that are not identifiable are reported; wrong set-ups get errors before the search, or warnings.
+//! Parameters that are not identifiable are reported; wrong setups get errors before the search, or warnings.
 
 use rodfit::fit::{FitReport, Sample};
 use rodfit::scene::{End, Motion, Section, Shape, Support};
@@ -111,7 +111,7 @@ fn estimate_at_a_bound_is_a_warning() {
     assert!(report.warnings.iter().any(|w| w.contains("bound")), "{report}");
 }
 
-/// The most common errors of a set-up are reported before the search.
+/// The most common errors of a setup are reported before the search.
 #[test]
 fn wrong_set_ups_are_rejected_before_the_search() {
     let scene = small(1.0);

@@ -49,7 +49,7 @@ image image_file image_form image_name image_overlay image_placement inertia ini
 initial_sigmas input input_changes input_directions input_errors input_sensitivities inspect
 inspection inspection_summary job_script joined_rods joint joint_law journal known lanczos
 largest_step law layout ldlt levenberg_marquardt limit limits line_loads line_search linearization
-linearized links lists load_deflection load_deflection_form loads local_analysis local_minima loss
+linearized links lists load_cell_effects load_deflection load_deflection_form loads local_analysis local_minima loss
 low_pass lowest_eigenvalues lu marker marker_place mass material maxwell mean_rotation mean_stretch measured_run
 measurement measurement_tables measures member mesh method_intervals method_table minimum
 minimum_comparison misfit missing_keys mode mode_numbers model model_with_setup modes moments

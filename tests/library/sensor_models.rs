@@ -1,11 +1,11 @@
-//! Sensors of the scene: rotation, delay and filter are identified from exact data beside the modulus; derivatives;
+//! Sensors of the scene: rotation, position, delay and filter are identified from exact data beside the modulus; derivatives;
 //! coverage with noise; invalid input.
 
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, Normal};
 use rodfit::fit::{
-    Channel, FitFile, PointChannel, PoseSensor, ReactionPart, Reading, Sensor, SensorChannel,
+    Channel, FitFile, PointChannel, PoseSensor, ReactionPart, Reading, Sensor, SensorChannel, Tare,
 };
 use rodfit::scene::{Dimension, End, Scene, SensorModel};
 use rodfit::{Fit, FitReport, Parameter, Point, Trajectory, Unknown};
@@ -20,6 +20,8 @@ use crate::sensors::filtered;
 const TURN: f64 = 0.2;
 /// Delay of the readings, s: not a whole number of steps.
 const DELAY: f64 = 0.0071;
+/// Position of a load cell relative to the wall, m.
+const POSITION: [f64; 3] = [-0.03, 0.01, 0.0];
 /// Cutoff frequency, Hz.
 const FREQUENCY: f64 = 20.0;
 
@@ -108,6 +110,77 @@ fn rotation_delay_and_filter_are_identified_from_exact_forces() {
         // 20000 steps of the midpoint rule per step leave 1e-10 in the filtered readings.
         assert!(off < 1e-7, "{name} off by {off:e}\n{report}");
     }
+}
+
+/// Moment of the wall about a cell 3 cm behind and 1 cm above it, and the force along y, at t = 0 and every step.
+fn moments(scene: &Scene) -> [Vec<Reading>; 2] {
+    let problem = scene.problem().unwrap();
+    let mut run = Trajectory::new(&problem, &[], &[]).unwrap().keep_reactions();
+    run.run(&problem, problem.time().unwrap().steps(), |_| {}).unwrap();
+    let readings = |value: &dyn Fn([f64; 3], [f64; 3]) -> f64| {
+        let rows = run.times().iter().zip(run.reactions());
+        let value = |(t, own): (&f64, rodfit::Reactions)| Reading {
+            time: Some(*t),
+            value: value(own.start.force, own.start.moment),
+        };
+        rows.map(value).collect()
+    };
+    let about = |force: [f64; 3], moment: [f64; 3]| {
+        moment[2] - (POSITION[0] * force[1] - POSITION[1] * force[0])
+    };
+    [readings(&about), readings(&|force, _| force[1])]
+}
+
+/// The fit of moment and force of a cell of the wall, by the modulus and the given parameters.
+fn fit_of_moments(scene: &Scene, names: &[&str]) -> Fit {
+    let [moments, forces] = moments(scene);
+    let channel = Channel::along_world(End::Start, ReactionPart::Moment, 2);
+    let mut fit = Fit::new(&with_sensor(scene).problem().unwrap())
+        .observe(Sensor::new(channel, moments).sigma(1e-4).of_sensor("cell"))
+        .observe(Sensor::new(force(1), forces).sigma(1e-3).of_sensor("cell"))
+        .identify(Unknown::new(Parameter::YoungsModulus).start(1.05e8));
+    for name in names {
+        fit = fit.identify(Unknown::new(name.parse().unwrap()));
+    }
+    fit.analyse(same_mesh())
+}
+
+/// A cell away from the wall: its position is identified from exact data. Without it the score test names the distance
+/// along the rod, or the report has the bias by it.
+#[test]
+fn position_of_a_load_cell_is_identified_and_named() {
+    let report = fit_of_moments(&short(), &["sensors.cell.position.x", "sensors.cell.position.y"]);
+    let report = report.solve().unwrap();
+    let numbers = [
+        ("youngs_modulus", 1e8),
+        ("sensors.cell.position.x", POSITION[0]),
+        ("sensors.cell.position.y", POSITION[1]),
+    ];
+    for (name, truth) in numbers {
+        let off = (value(&report, name) / truth - 1.0).abs();
+        assert!(off < 1e-7, "{name} off by {off:e}\n{report}");
+    }
+    let report = fit_of_moments(&short(), &[]).solve().unwrap();
+    let source = "sensors.cell.position.x";
+    assert!(report.score_tests.iter().any(|test| test.source == source), "{report}");
+    // Observations without a sensor of the scene have the same effect.
+    let [moments, _] = moments(&short());
+    let channel = Channel::along_world(End::Start, ReactionPart::Moment, 2);
+    let fit = Fit::new(&short().problem().unwrap());
+    let fit = fit.observe(Sensor::new(channel, moments).sigma(1e-2).tare(Tare::Free));
+    let fit = fit.identify(Parameter::YoungsModulus).identify(Parameter::Density);
+    let report = fit.analyse(same_mesh()).solve().unwrap();
+    let source = "sensors.load-cell-start.position.x";
+    let own = report.undetected_bias.iter().filter(|bias| bias.source == source);
+    assert!(own.map(|bias| bias.std_errors).fold(0.0, f64::max) > 1.0, "{report}");
+    // A position of a sensor at a point is refused.
+    let mut scene = with_sensor(&short());
+    scene.sensors[0].position = POSITION;
+    let readings = vec![Reading { time: Some(0.01), value: 0.0 }];
+    let sensor = Sensor::new(PointChannel::angle(Point::Tip), readings).of_sensor("cell");
+    let fit = Fit::new(&scene.problem().unwrap()).observe(sensor.sigma(1.0));
+    let refusal = refused(fit.identify(Parameter::YoungsModulus).solve());
+    assert_eq!(refusal[0], "sensors.cell.position");
 }
 
 /// Five-point differences of residuals by each of the four numbers, and of the gradient for the Hessian.

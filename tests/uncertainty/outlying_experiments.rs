@@ -1,4 +1,4 @@
-//! One bad recording of many is reported as an outlier; bad ones in the majority are a fault of the common set-up.
+//! One bad recording of many is reported as an outlier; bad ones in the majority are a fault of the common setup.
 
 use rodfit::code::Code;
 use rodfit::fit::{Experiment, Loss};
@@ -48,7 +48,7 @@ fn one_bad_recording_of_eight_is_reported_as_an_outlier() {
     assert!((value(&report, MODULUS) / 1e8 - 1.0).abs() < 0.01, "{report}");
     assert!(report.warning_codes.contains(&Code::OutlyingExperiment), "{report}");
     assert!(!report.warning_codes.contains(&Code::LargeResiduals), "{report}");
-    assert!(!report.verdict.contains("set-up"), "{}", report.verdict);
+    assert!(!report.verdict.contains("setup"), "{}", report.verdict);
     assert!(report.verdict.contains("bad 7 stands out"), "{}", report.verdict);
     let mut all = report.warnings.iter().zip(&report.warning_codes);
     let (outlying, _) = all.find(|(_, code)| **code == Code::OutlyingExperiment).unwrap();

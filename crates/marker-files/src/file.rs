@@ -114,7 +114,7 @@ fn unreadable(path: &Path, source: io::Error) -> Error {
     match unset.filter(|_| source.kind() == io::ErrorKind::NotFound) {
         Some(name) => {
             let message = format!(
-                "the environment variable {name} is not set; set it to the folder that ${name} stands for"
+                "the environment variable {name} is not set; set it to the folder that contains the file"
             );
             Error::io(path, io::Error::new(io::ErrorKind::NotFound, message))
         }

@@ -31,15 +31,15 @@ pub struct FitOptions {
     fit: Vec<PathBuf>,
     #[command(flatten)]
     json: JsonOption,
-    /// Write the scene with the fitted values to this file (TOML), `-` is standard output. Experiments that differ in
-    /// their recordings only share one file.
+    /// Write the scene with the fitted values to this file (TOML), `-` is standard output. Experiments that differ
+    /// only in their recordings are written to one file.
     #[arg(long, value_name = "FILE")]
     save: Option<PathBuf>,
     /// Write a page with data, model and warnings (`fit.html`) and its data (`fit.json`) into this folder; for several
     /// fits also a page that compares them (`comparison.html`).
     #[arg(long, value_name = "DIR")]
     report: Option<PathBuf>,
-    /// Standard uncertainty of an input in its unit, as radius=5e-5; repeatable.
+    /// Standard uncertainty of an input in its unit, such as radius=5e-5; may be repeated.
     #[arg(long, value_name = "NAME=SIGMA")]
     known: Vec<String>,
     /// Verify the uncertainty budget by N fits with random inputs and noise.
@@ -143,6 +143,6 @@ fn overview(lines: &[OverviewLine]) -> Summary {
     let table = ItemTable::new(lines)
         .left("fit", |line| line.file.clone())
         .left("grade", |line| columns(line)[0].clone())
-        .wrapped("estimates", |line| columns(line)[1].clone());
+        .wrapped("estimate +- standard error", |line| columns(line)[1].clone());
     Summary::new(format!("{} fits", lines.len()), Tone::Neutral).table("", table)
 }

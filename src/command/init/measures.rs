@@ -31,7 +31,7 @@ const THICKNESS: f64 = 0.0005;
 /// Options for the rod of the user.
 #[derive(clap::Args)]
 pub struct Measures {
-    /// Cross-section of the rod; without it that of the given sizes, or a circle.
+    /// Cross-section of the rod; default: the one with the given sizes, else a circle.
     #[arg(long)]
     section: Option<SectionKind>,
     /// Length of the rod from the wall to the tip, m.

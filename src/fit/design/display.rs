@@ -34,7 +34,7 @@ impl Design {
         let unknown = self.parameters.iter().filter(|e| !e.identifiable).count();
         let mut summary = match (unknown, self.parameters.len()) {
             (0, _) => Summary::new(
-                "expected uncertainty of the plan, if the parameters have these values",
+                "expected uncertainty of the planned experiment, with these values of the parameters",
                 Tone::Good,
             ),
             (n, all) => Summary::new(

@@ -240,7 +240,7 @@ impl Inspection {
         if matches!(source.clock, Clock::Frames { rate: None, .. }) {
             line("fps", or_dots(read.fps), "frames per second of the camera; not in the file");
         }
-        let metres = match source.lengths {
+        let meters = match source.lengths {
             LengthUnit::Known(_, factor) => Some(factor),
             LengthUnit::Pixels { .. } => {
                 line("scale", or_dots(read.scale), "m per pixel");
@@ -273,10 +273,10 @@ impl Inspection {
         line("time_zero", zero.to_string(), words);
         // The noise is stated only with a factor to meters.
         let noise = self.most_moving_marker().and_then(|m| m.noise).filter(|noise| *noise > 0.0);
-        if let (Some(noise), Some(metres)) = (noise, metres) {
+        if let (Some(noise), Some(meters)) = (noise, meters) {
             line(
                 "sigma",
-                format!("{:.1e}", noise * metres),
+                format!("{:.1e}", noise * meters),
                 "m, estimated from differences of \
                   the samples",
             );

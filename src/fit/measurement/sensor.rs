@@ -108,7 +108,7 @@ impl SensorReadings {
         simulated: &SimulatedOutput<D>,
     ) -> Result<Vec<D>, Error> {
         match self.sensor.model(simulated.scene) {
-            Some(model) => self.channel.rotated_values(model.rotation, record, simulated),
+            Some(model) => self.channel.values_of_sensor(model, record, simulated),
             None => self.channel.values(record, simulated),
         }
     }
@@ -194,6 +194,9 @@ impl DataKind for SensorReadings {
             |rotation, name: &str| self.channel.check_rotated(rotation, problem, name);
         let filtered = FilteredReadings { readings: &self.readings, low_pass: self.low_pass };
         self.sensor.check(filtered, problem, key, parameters, check_rotation)?;
+        if matches!(self.channel, SensorChannel::Point(_)) {
+            self.sensor.check_without_position(problem)?;
+        }
         if let Tare::Known(offset) = self.tare {
             ensure(offset.is_finite(), format!("{key}.tare"), offset, "a finite number")?;
         }

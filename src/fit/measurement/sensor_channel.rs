@@ -4,7 +4,8 @@
 //! (acceleration, angle, curvature or strain), and the record of a simulated rod. Output: [`SensorChannel`], with the
 //! component at every recorded time, N, N m, m/s^2, rad, 1/m or part of the length, with derivatives (`values`); its
 //! name and unit; and the outputs that a simulation must record for it (`require`). `check` rejects an end without a
-//! support, and a point channel that the problem does not allow. `along_world` is the component along an axis of the
+//! support, and a point channel that the problem does not allow. `values_of_sensor` are those
+//! in the frame of a sensor of the scene and about its position. `along_world` is the component along an axis of the
 //! world; `rotated` turns its axis by a rotation vector, rad. `is_angle` returns whether values that differ by whole
 //! turns are equal.
 
@@ -13,9 +14,9 @@ use crate::error::{Error, ensure};
 use crate::fit::measurement::point_channel::PointChannel;
 use crate::fit::measurement::simulated::{Requirements, SimulatedOutput};
 use crate::numerics::scalar::Scalar;
-use crate::numerics::vector::{Vector, dot, rotate};
+use crate::numerics::vector::{Vector, cross, dot, rotate, sub};
 use crate::problem::Problem;
-use crate::scene::{End, Support};
+use crate::scene::{End, SensorModel, Support};
 use crate::statics::Reactions;
 
 /// Part of the reaction of a support.
@@ -84,15 +85,16 @@ impl Channel {
         ensure(support != Support::Free, format!("{key}.of"), found, allowed)
     }
 
-    /// The component of these reactions at the end of the channel along its direction, N or N m.
-    fn component<D: Scalar>(&self, reactions: &Reactions<D>) -> D {
+    /// The component of these reactions at the end of the channel along its direction, N or N m. The moment is that about
+    /// the point at `position`, m, relative to the point of the support, in axes of the world.
+    fn component<D: Scalar>(&self, reactions: &Reactions<D>, position: Vector<D>) -> D {
         let reaction = match self.of {
             End::Start => &reactions.start,
             End::End => &reactions.end,
         };
         let vector: Vector<D> = match self.part {
             ReactionPart::Force => reaction.force,
-            ReactionPart::Moment => reaction.moment,
+            ReactionPart::Moment => sub(reaction.moment, cross(position, reaction.force)),
         };
         dot(vector, self.direction.map(D::from))
     }
@@ -202,24 +204,25 @@ impl SensorChannel {
         rotated.check(problem, &format!("sensors.{name}"), false)
     }
 
-    /// The component along the axis of the channel turned by the rotation vector `rotation`, rad, one value per time of
-    /// a record: the sum of the components of the vector along the three axes, each times that of the turned axis.
-    /// Errors are those of [`values`](Self::values).
-    pub(crate) fn rotated_values<D: Scalar>(
+    /// The component along the axis of the channel in the frame of a `sensor` and about its position, one value per time
+    /// of a record: the sum of the components of the vector along the three axes, each times that of the axis turned by
+    /// the rotation vector of the sensor. Errors are those of [`values`](Self::values).
+    pub(crate) fn values_of_sensor<D: Scalar>(
         &self,
-        rotation: [D; 3],
+        sensor: &SensorModel<D>,
         record: &RecordView<'_, D>,
         simulated: &SimulatedOutput<D>,
     ) -> Result<Vec<D>, Error> {
+        let SensorModel { rotation, position, .. } = *sensor;
         let is_zero = D::ORDER == 0 && rotation.iter().all(|r| r.value() == 0.0);
         let Some(direction) = self.direction().filter(|_| !is_zero) else {
-            return self.values(record, simulated);
+            return self.values_about(position, record, simulated);
         };
         let direction = rotate(rotation, direction.map(D::from));
         let mut sum = Vec::new();
         for axis in 0..3 {
             let own = self.along(std::array::from_fn(|c| f64::from(u8::from(c == axis))));
-            let values = own.values(record, simulated)?;
+            let values = own.values_about(position, record, simulated)?;
             sum.resize(values.len(), D::from(0.0));
             sum.iter_mut().zip(values).for_each(|(sum, value)| *sum += value * direction[axis]);
         }
@@ -238,9 +241,21 @@ impl SensorChannel {
         record: &RecordView<'_, D>,
         simulated: &SimulatedOutput<D>,
     ) -> Result<Vec<D>, Error> {
+        self.values_about(std::array::from_fn(|_| D::from(0.0)), record, simulated)
+    }
+
+    /// The component as [`values`](Self::values) has it, but a moment about the point at `position`, m, relative to that
+    /// of the support.
+    fn values_about<D: Scalar>(
+        &self,
+        position: Vector<D>,
+        record: &RecordView<'_, D>,
+        simulated: &SimulatedOutput<D>,
+    ) -> Result<Vec<D>, Error> {
         match self {
             Self::Support(channel) => {
-                Ok(record.reactions().map(|reactions| channel.component(&reactions)).collect())
+                let component = |reactions| channel.component(&reactions, position);
+                Ok(record.reactions().map(component).collect())
             }
             Self::Point(channel) => channel.values(record, simulated),
         }

@@ -2,7 +2,8 @@
 //!
 //! Input: the name, or none, and a scene over any scalar. Output: the [`SensorModel`], its delay and its filter, and
 //! the [time of the motion](SensorReference::time_of_motion) that a reading shows. `check` rejects a name that no
-//! sensor of the scene has, filters of both the sensor and the observation, and one of readings at rest. `require` adds
+//! sensor of the scene has, filters of both the sensor and the observation, and one of readings at rest. `check_without_position` rejects the position of a
+//! sensor at a point. `require` adds
 //! the time of the last reading to the required outputs of a simulation, and `is_delayed` returns whether times are on
 //! a clock with a delay. Without a name the clock is that of the motion.
 
@@ -68,6 +69,16 @@ impl SensorReference {
             (Some(last), None) => outputs.last_read = outputs.last_read.max(last),
             (None, _) => {}
         }
+    }
+
+    /// Rejects a sensor of the quantity of a point with a position, as the point of the observation determines it.
+    pub(crate) fn check_without_position(&self, problem: &Problem) -> Result<(), Error> {
+        let Some(SensorModel { name, position, .. }) = self.model(problem.scene()) else {
+            return Ok(());
+        };
+        let allowed = "0 at a point of the rod: `point` of the observation places the sensor";
+        let key = format!("sensors.{name}.position");
+        ensure(*position == [0.0; 3], key, format!("{position:?}"), allowed)
     }
 
     /// Rejects a filter of the observation that is not positive, a name that no sensor of the scene has, filters of

@@ -47,7 +47,10 @@ impl FitReport {
     /// cost.
     pub fn summary(&self) -> Summary {
         let status = match self.grade {
-            Grade::Trustworthy => "converged, no problem detected".to_string(),
+            Grade::Trustworthy if self.warnings.is_empty() => {
+                "converged, no problem detected".to_string()
+            }
+            Grade::Trustworthy => "converged".to_string(),
             grade => format!("{grade}: {}", self.verdict),
         };
         let mut summary =
@@ -65,6 +68,10 @@ impl FitReport {
             summary = summary.note(text);
         }
         summary = summary.warnings(&self.warnings);
+        // The verdicts of other grades have their reason.
+        if self.grade == Grade::Trustworthy {
+            summary = summary.naming_warnings();
+        }
         summary = uncertainty::add_uncertainty(summary, self);
         summary = effects::add_omitted_effects(summary, self);
         self.add_cost(self.add_data(summary))
@@ -129,9 +136,8 @@ impl FitReport {
         let unit = self.units.iter().find(|unit| **unit == "m").or(self.units.first());
         let unit = unit.map_or("m", String::as_str);
         let rms = self.data_quantity(self.residual_rms, unit, DIGITS);
-        summary =
-            summary.fact("Residuals", format!("RMS {rms}; noise (sigma) {}", sigma.join(", ")));
-        summary = summary.facts("Noise estimate", self.noise_scale_text());
+        summary = summary.fact("Residuals", format!("RMS {rms}; sigma {}", sigma.join(", ")));
+        summary = summary.facts("Noise by differences", self.noise_scale_text());
         if !self.local_minima.summary.is_empty() {
             summary = summary.fact("Search", &self.local_minima.summary);
         }

@@ -41,7 +41,7 @@ pub(super) fn add_uncertainty(mut summary: Summary, report: &FitReport) -> Summa
     let is_compared = report.parameters.iter().any(is_from_clusters);
     let source = if is_compared { "between experiments" } else { "noise only" };
     let groups = groups.map(|group| format!("{group} ({source})"));
-    summary = summary.facts("Known without density", groups);
+    summary = summary.facts("Independent of density", groups);
     summary = report.parameters.iter().fold(summary, budget::add_budget);
     budget::add_input_sensitivities(summary, &report.parameters)
 }

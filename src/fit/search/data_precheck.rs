@@ -83,7 +83,7 @@ const DEVIATION_OF_MEDIAN: f64 = 1.5;
 pub(crate) struct DataPrecheck {
     /// The reason why no search can succeed.
     pub fatal: Option<String>,
-    /// Likely errors of the set-up, with the codes of their warnings. They are reported if the fit does not explain the
+    /// Likely errors of the setup, with the codes of their warnings. They are reported if the fit does not explain the
     /// data.
     pub suspicions: Vec<Suspicion>,
     /// Constant coordinates, which are left out of the fit.
@@ -92,7 +92,7 @@ pub(crate) struct DataPrecheck {
     pub repeated_frames: Vec<RepeatedFrames>,
 }
 
-/// A likely error of the set-up, as the scale or the clock, with the code of its warning.
+/// A likely error of the setup, as the scale or the clock, with the code of its warning.
 pub(crate) struct Suspicion {
     pub code: Code,
     /// Finding, consequence and action.
@@ -332,7 +332,7 @@ impl<'a> Release<'a> {
             return Ok(None);
         };
         // Within a twentieth of the length the difference may be a measurement error of the
-        // set-up.
+        // setup.
         if excess(nearest) <= START_DISTANCE[0] * length {
             return Ok(None);
         }

@@ -197,7 +197,7 @@ fn summary(
         let more = times(next.relative);
         words += &format!("; rejected: {} ({more} times the lowest misfit of the scan)", at(next));
         if scanned.len() > 1 {
-            words += &format!(" and {} worse", scanned.len() - 1);
+            words += &format!(" and {} with a larger misfit", scanned.len() - 1);
         }
     }
     words

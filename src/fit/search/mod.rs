@@ -77,7 +77,7 @@ pub(crate) struct Search<'a> {
     pub progress: Option<Progress>,
     /// Evaluated points and minima.
     pub journal: Arc<Journal>,
-    /// Whether the data precheck found a likely error of the set-up: no finer scan is worth its cost.
+    /// Whether the data precheck found a likely error of the setup: no finer scan is worth its cost.
     pub suspicious: bool,
     /// Whether the search ends at the first optimum that explains most of the motion, because mesh and step are still
     /// too coarse for residuals at the level of the noise.

@@ -13,7 +13,7 @@
 //! The search ends at the first converged optimum with acceptable residuals (`residual_acceptance`) that are white
 //! noise. Without a measured motion it ends after all starts of a level. If it stops at the first fit, as on a mesh
 //! that the program chose, plausible residuals suffice. After an optimum it begins no finer scan beyond [`MOST_WORK`],
-//! or if the data precheck found a likely error of the set-up. Output (`global_optimum`): the optimum with the lowest
+//! or if the data precheck found a likely error of the setup. Output (`global_optimum`): the optimum with the lowest
 //! objective of all starts; without one the last error. A stop by the user, and a scan without a point that can be
 //! simulated, are errors in any case.
 

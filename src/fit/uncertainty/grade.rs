@@ -16,8 +16,8 @@ use serde::{Deserialize, Serialize};
 use std::fmt;
 
 /// Verdict on residuals with a small effect only: one that changes the estimates by less than a standard error.
-const MINOR: &str = "a part of the residuals has the shape of an effect that the scene omits. Alone it would change the estimates \
-                     by less than their standard errors. Add it to the scene, or fit it (--extend)";
+const MINOR: &str = "an effect that the scene omits explains a part of the residuals. It would change the estimates by less than \
+                     their standard errors. Add it to the scene, or fit it (--extend)";
 
 /// Grade of a result, the best first; in JSON in kebab case, as `refine-numerics`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
@@ -128,11 +128,11 @@ impl Conclusion {
     /// Grades a result by its end, its unidentifiable directions (`findings`) and its `warnings`, and composes status
     /// and verdict. In this order: unusable without convergence; not identifiable, or interrupted if all parameters are
     /// identified, unless a warning has the severity `Worthless`; else the grade of `Grade::from_warnings`. The first
-    /// warning of the severity `Suspicion` (a likely error of the set-up) is named as the probable cause. For an
+    /// warning of the severity `Suspicion` (a likely error of the setup) is named as the probable cause. For an
     /// unusable result the directions are added as notes. The warnings are returned sorted and summarized.
     pub fn new(end: FitEnd, findings: &[UnidentifiableDirection], mut warnings: Warnings) -> Self {
         let unidentifiable = summarize(findings);
-        // A likely error of the set-up is named as the cause of a bad result.
+        // A likely error of the setup is named as the cause of a bad result.
         let cause = warnings.first(Severity::Suspicion);
         let cause = cause.map_or(String::new(), |text| format!(". Probable cause: {text}"));
         let worthless = warnings.first(Severity::Worthless);
@@ -213,12 +213,12 @@ fn correlated_or_missing(warnings: &Warnings) -> &'static str {
     }
 }
 
-/// Verdict on an inadequate model or set-up, by the first of these that has a warning: error of the set-up
+/// Verdict on an inadequate model or setup, by the first of these that has a warning: error of the setup
 /// (`Suspicion`), bound or prior, large residuals (`Unexplained`), validity of the model, misfits that are all minor
 /// ([`MINOR`]), contradictions without a misfit, misfit. A verdict on a misfit names the outlying experiments. It calls
 /// intervals too narrow unless `compares_experiments`: they then contain the differences between experiments.
 fn inadequate_model(warnings: &Warnings, compares_experiments: bool) -> String {
-    // A likely error of the set-up explains all else.
+    // A likely error of the setup explains all else.
     if let Some(text) = warnings.first(Severity::Suspicion) {
         return format!("large residuals, most likely because of {text}");
     }
@@ -227,8 +227,8 @@ fn inadequate_model(warnings: &Warnings, compares_experiments: bool) -> String {
         return format!("the data contradict a bound or a prior: {text}");
     }
     if warnings.first(Severity::Unexplained).is_some() {
-        return "large residuals. Probable causes: a set-up error (units or scale, release time, origin, place on the rod, \
-                direction of an axis or of a load, rod dimensions) or a wrong local minimum. Check the set-up, or \
+        return "large residuals. Probable causes: a setup error (units or scale, release time, origin, place on the rod, \
+                direction of an axis or of a load, rod dimensions) or a wrong local minimum. Check the setup, or \
                 give a start or bounds"
             .into();
     }

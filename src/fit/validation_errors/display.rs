@@ -29,9 +29,8 @@ impl ValidationReport {
     /// follow.
     pub fn to_summary(&self) -> Summary {
         // Failures come first: the errors below do not contain them.
-        let status = "prediction with the values of the scene; no parameter was fitted";
         let mut summary = match self.failed.len() {
-            0 => Summary::new(status, Tone::Neutral),
+            0 => Summary::new(self.headline(), Tone::Neutral),
             1 => Summary::new("one experiment could not be simulated", Tone::Bad),
             n => Summary::new(format!("{n} experiments could not be simulated"), Tone::Bad),
         };
@@ -62,6 +61,23 @@ impl ValidationReport {
             summary = recordings.add_to(summary);
         }
         summary.fact("Cost", duration(self.wall_seconds))
+    }
+
+    /// The status: values of the scene were used, and the RMS error of a single measurement, or the mean of the mean
+    /// errors of several with one unit.
+    fn headline(&self) -> String {
+        let error = match (&self.errors[..], &self.summary[..]) {
+            ([one], _) => {
+                let part = one
+                    .relative
+                    .map(|part| format!(", {:.2} % of the measured change", 100.0 * part));
+                let part = part.unwrap_or_default();
+                format!(": RMS error {}{part}", quantity(one.rms, &one.unit, DIGITS))
+            }
+            (_, [all]) => format!(": mean error {}", quantity(all.mean, &all.unit, DIGITS)),
+            _ => String::new(),
+        };
+        format!("prediction with the values of the scene, without a fit{error}")
     }
 
     /// The table of all simulated measurements, a row each, in their order. Columns: name, mean, median, largest and

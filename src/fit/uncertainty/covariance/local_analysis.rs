@@ -10,7 +10,7 @@
 //!
 //! [`LocalAnalysis::linear_fit`] returns the weights of the rows, and which unknowns respond to changes: those with a
 //! standard deviation or a one-sided bound, and the first one of each identifiable combination. Errors: a failed
-//! decomposition or simulation set-up, a failed fit at a lower minimum that a profile finds, and a stop.
+//! decomposition or simulation setup, a failed fit at a lower minimum that a profile finds, and a stop.
 
 use crate::error::Error;
 use crate::fit::search::fitted::Fitted;

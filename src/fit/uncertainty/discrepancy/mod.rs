@@ -2,7 +2,8 @@
 //! predictions.
 //!
 //! Input: the optimum of a fit with its local analysis and estimates. `score_tests` tests whether omitted effects
-//! explain the residuals: the `omitted_effects` of one rod, or the `structure_effects` of a structure of rods.
+//! explain the residuals: the `omitted_effects` of one rod, the `structure_effects` of a structure of rods, or the
+//! `load_cell_effects` of measured moments.
 //! `tested_effects` has their plausible sizes, from `rod_sizes`. `ranking` keeps the tests of the first three ranks.
 //! `undetected_bias` estimates the bias of the parameters by effects that the data do not exclude; tests and biases use
 //! `fit_statistics`. `slenderness` checks for shear deformation and rotary inertia, `mode_numbers` whether other
@@ -14,6 +15,7 @@
 pub(crate) mod findings;
 pub(crate) mod fit_statistics;
 pub(crate) mod free_run;
+pub(crate) mod load_cell_effects;
 pub(crate) mod mode_numbers;
 pub(crate) mod omitted_effects;
 pub(crate) mod prediction;

@@ -34,7 +34,7 @@ const AIR_DRAG: f64 = 0.72;
 const ANGLE: f64 = 0.01;
 /// Plausible relative error of a length or a scale by eye.
 pub(crate) const LENGTH: f64 = 5e-3;
-/// Plausible relative error of a dimension of the section by calliper.
+/// Plausible relative error of a dimension of the section by calipers.
 pub(crate) const SECTION: f64 = 0.01;
 /// Plausible mass of a marker over that of the rod.
 pub(crate) const MARKER_MASS: f64 = 0.01;
@@ -158,7 +158,7 @@ pub(crate) const OMITTED_EFFECTS: [OmittedEffect; 24] = [
     OmittedEffect {
         path: "rod.taper.radius.to",
         name: "taper",
-        test: "calliper at both ends; higher modes",
+        test: "measure both ends with calipers; record higher modes",
         add: |scene, _| {
             let round = matches!(scene.rod.section, Section::Circle { .. } | Section::Tube { .. });
             if round && scene.rod.taper.is_none() {
@@ -193,14 +193,14 @@ pub(crate) const OMITTED_EFFECTS: [OmittedEffect; 24] = [
     OmittedEffect {
         path: "rod.section.radius",
         name: "different radius",
-        test: "calliper at several places",
+        test: "measure several places with calipers",
         plausible: |s| Some(SECTION * s.radius?),
         ..EVERY_SCENE
     },
     OmittedEffect {
         path: "rod.section.height",
         name: "different height of the section",
-        test: "calliper at several places",
+        test: "measure several places with calipers",
         plausible: |s| Some(SECTION * s.height?),
         ..EVERY_SCENE
     },
@@ -252,7 +252,7 @@ pub(crate) const OMITTED_EFFECTS: [OmittedEffect; 24] = [
     OmittedEffect {
         path: "loads.drag.linear_normal",
         name: "viscous drag",
-        test: "record another section, or in a vacuum",
+        test: "repeat with another section, or in a vacuum",
         add: with_drag,
         plausible: |s| Some(2.0 * DAMPING_RATIO * s.frequency? * s.mass / s.length),
         absent: Some(0.0),
@@ -261,7 +261,7 @@ pub(crate) const OMITTED_EFFECTS: [OmittedEffect; 24] = [
     OmittedEffect {
         path: "loads.drag.quadratic_normal",
         name: "air drag",
-        test: "record another amplitude",
+        test: "repeat at another amplitude",
         add: with_drag,
         plausible: |s| s.frequency.map(|_| AIR_DRAG * s.thickness),
         absent: Some(0.0),
@@ -270,7 +270,7 @@ pub(crate) const OMITTED_EFFECTS: [OmittedEffect; 24] = [
     OmittedEffect {
         path: FRICTION,
         name: "internal friction",
-        test: "record another amplitude",
+        test: "repeat at another amplitude",
         add: |scene, sizes| {
             if let Some(curvature) = sizes.curvature
                 && scene.loads.damping.friction.is_none()
@@ -303,7 +303,7 @@ pub(crate) const OMITTED_EFFECTS: [OmittedEffect; 24] = [
     OmittedEffect {
         path: NONLINEAR_BENDING,
         name: "nonlinear bending",
-        test: "record another amplitude",
+        test: "repeat at another amplitude",
         add: |scene, sizes| {
             if scene.material.bending_law.is_none() && sizes.curvature.is_some() {
                 scene.material.bending_law = Some(BendingLaw::Cubic { coefficient: 0.0 });

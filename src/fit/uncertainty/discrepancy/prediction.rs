@@ -104,7 +104,7 @@ pub(crate) fn predictions(
             let text = format!(
                 "{}: the error of the prediction is {} the one that noise and parameter errors explain. The model \
                  does not generalize to these validation data. Look for a missing effect or a difference in the \
-                 set-up",
+                 setup",
                 weighted.observation,
                 factor_text(ratio)
             );

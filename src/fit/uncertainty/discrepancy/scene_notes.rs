@@ -23,7 +23,7 @@ use crate::scene::Parameter;
 /// Largest displacement of a released rod over that of its equilibrium: 2 of an undamped linear oscillation.
 const OVERSHOOT: f64 = 2.0;
 
-/// Strain above which the linear model describes no rod: results are wrong, mostly by the units or the set-up.
+/// Strain above which the linear model describes no rod: results are wrong, mostly by the units or the setup.
 const IMPOSSIBLE_STRAIN: f64 = 0.3;
 
 /// Text of the note on a structure: effects that are assessed for one rod only.

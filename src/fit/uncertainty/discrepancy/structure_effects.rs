@@ -146,7 +146,10 @@ impl StructureEffect {
             }
             let section = format!("{place}.section");
             let scene = experiment.problem.scene();
-            for (key, test) in [("radius", "calliper at both ends"), ("height", "calliper")] {
+            for (key, test) in [
+                ("radius", "measure both ends with calipers"),
+                ("height", "measure it with calipers"),
+            ] {
                 let path = format!("{section}.{key}");
                 if let Some(value) = Parameter::at(&path).of(scene) {
                     let name = format!("other {key} of {}", rod.name);

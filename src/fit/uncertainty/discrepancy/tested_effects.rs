@@ -1,10 +1,10 @@
 //! Omitted effects of a fit with their plausible sizes, and the experiments with their terms added.
 //!
-//! [`ExtendedExperiments::new`] selects effects from the table of omitted effects, then from those of structures. It
+//! [`ExtendedExperiments::new`] selects effects from the table of omitted effects, then those of structures and of load cells. It
 //! leaves out effects whose number is identified or a known input in any experiment, or that the scenes state, do not
 //! define or exclude beside such a parameter. The terms of all others are added to copies of the experiments; each
 //! takes those that its scene can have. The plausible size is that of the first experiment in which an effect of the
-//! table is defined, unless the options of the fit give one; structure effects always have the usual one. The results
+//! table is defined, unless the options of the fit give one; other effects always have the usual one. The results
 //! are these experiments, and each effect with the change of the scenes by its plausible size, in the unit of its
 //! number. An effect that no scene can have is left out. Values of the optimum that a scene does not allow are an
 //! error. Score tests differentiate the residuals by these changes.
@@ -15,6 +15,7 @@ use crate::fit::measurement::experiment::Experiment;
 use crate::fit::search::fitted::Fitted;
 use crate::fit::uncertainty::analysis::Analysis;
 use crate::fit::uncertainty::budget::input_changes::InputChange;
+use crate::fit::uncertainty::discrepancy::load_cell_effects::LoadCellEffect;
 use crate::fit::uncertainty::discrepancy::omitted_effects::{OMITTED_EFFECTS, OmittedEffect};
 use crate::fit::uncertainty::discrepancy::rod_sizes::RodSizes;
 use crate::fit::uncertainty::discrepancy::structure_effects::StructureEffect;
@@ -100,6 +101,7 @@ impl ExtendedExperiments {
             effects.push(TestedEffect { effect: *effect, name, plausible_size: size, change });
         }
         effects.extend(effects_of_structures(&mut experiments, &stated)?);
+        effects.extend(effects_of_load_cells(&mut experiments, &stated));
         Ok(Self { experiments, effects })
     }
 }
@@ -139,6 +141,38 @@ fn effects_of_structures(
         TestedEffect { effect: effect.omitted(), name: name.clone(), plausible_size: *size, change }
     };
     Ok(found.into_iter().map(tested).collect())
+}
+
+/// Adds the effects of load cells to the `experiments`, in place. Returns them with their changes by the plausible size
+/// of the first experiment that has them; effects of several experiments with one path are one. Effects of `stated`
+/// parameters (identified or known inputs) are left out.
+fn effects_of_load_cells(
+    experiments: &mut [Experiment],
+    stated: &[Parameter],
+) -> Vec<TestedEffect> {
+    let mut found: Vec<(LoadCellEffect, Vec<String>)> = Vec::new();
+    for experiment in experiments.iter_mut() {
+        for effect in LoadCellEffect::all(experiment) {
+            if stated.contains(&effect.parameter()) || !effect.added_to(experiment) {
+                continue;
+            }
+            match found.iter_mut().find(|(own, _)| own.path == effect.path) {
+                Some((_, experiments)) => experiments.push(experiment.name.clone()),
+                None => found.push((effect, vec![experiment.name.clone()])),
+            }
+        }
+    }
+    let tested = |(effect, own): (LoadCellEffect, Vec<String>)| {
+        let number = Unknown { experiments: own, ..Unknown::new(effect.parameter()) };
+        let change = InputChange::with_size(experiments, effect.path, &number, effect.size);
+        TestedEffect {
+            effect: effect.omitted(),
+            plausible_size: effect.size,
+            name: effect.name,
+            change,
+        }
+    };
+    found.into_iter().map(tested).collect()
 }
 
 #[cfg(test)]

@@ -118,8 +118,8 @@ pub(crate) fn discretization_errors(
                 false => format!("{given:.1e} {}", estimate.name.unit()),
             };
             let text = format!(
-                "{}: the discretization error may be {}, more than the half-width of the 95 % interval. The \
-                 interval is too narrow. {remedy}",
+                "{}: the discretization error may be {}, more than twice the half-width of the 95 % interval. \
+                 The interval is too narrow. {remedy}",
                 estimate.label(),
                 size.trim_end()
             );

@@ -299,6 +299,6 @@ fn bias(
     let step_chosen = experiments().all(|e| !e.moves() || e.problem.scene().chosen().step);
     let bias =
         DiscretizationBias { mesh: part(mesh?, mesh_chosen), step: part(step?, step_chosen) };
-    search.report("discretisation error");
+    search.report("discretization error");
     Ok(Some(bias))
 }

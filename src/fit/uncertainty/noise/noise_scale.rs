@@ -219,8 +219,8 @@ fn description(reason: NoEstimate) -> String {
             format!("{:.0} % of the samples are outliers", 100.0 * share)
         }
         NoEstimate::Oversampled { ratio, .. } => format!(
-            "every second sample shows {ratio:.1} times the noise: smoothed samples, autocorrelated noise or too few \
-             samples a period"
+            "the estimate from every second sample is {ratio:.1} times that from all: the samples are smoothed, the noise \
+             is autocorrelated, or there are too few samples per period"
         ),
     }
 }

@@ -1,6 +1,6 @@
 //! Experiments whose residuals are an outlier among those of all experiments.
 //!
-//! One bad recording of many is no evidence against the set-up that all of them share: scale, clock, origin, tracked
+//! One bad recording of many is no evidence against the setup that all of them share: scale, clock, origin, tracked
 //! point. The unexplained part of a motion is the root mean square residual over the size of the motion.
 //! [`UnexplainedParts::add`] collects it for every measurement, experiment by experiment, with its number of values and
 //! whether its residuals are no noise. The part of an experiment is the root mean square of those of its measurements,
@@ -67,7 +67,7 @@ impl UnexplainedParts {
     pub fn outlying(&self, experiment: &str) -> Option<f64> {
         let unexplained = self.0.iter().filter(|part| part.is_unexplained).count();
         let own = self.0.iter().find(|part| part.experiment == experiment)?;
-        // In the majority bad experiments are a fault of the common set-up.
+        // In the majority bad experiments are a fault of the common setup.
         let most_are_explained = self.count() >= FEWEST && 2 * unexplained < self.count();
         let stands_out = own.is_unexplained && own.relative() > self.median();
         (most_are_explained && stands_out).then(|| own.relative())

@@ -84,7 +84,7 @@ pub(crate) fn prior_conflicts(unknowns: &[Unknown], optimum: &Optimum, warnings:
         if sigmas > CONTRADICTION {
             let text = format!(
                 "{unknown} is {sigmas:.1} sigma from the mean of its prior. Data and prior contradict each other. Check \
-                 the prior and the set-up"
+                 the prior and the setup"
             );
             warnings.add(Severity::Contradiction, Code::PriorConflict, text);
         }

@@ -110,7 +110,7 @@ pub(crate) fn unexplained_motion(
         if let Some(part) = outlying.filter(|_| is_unexplained) {
             let text = format!(
                 "{finding}, and {} in the whole experiment; the median of {} experiments is {}. This recording is \
-                 an outlier, and a fault of the common set-up is not the reason. Inspect it, or use it as \
+                 an outlier, and a fault of the common setup is not the reason. Inspect it, or use it as \
                  validation data (held_out = true)",
                 percent(part),
                 parts.count(),
@@ -127,7 +127,7 @@ pub(crate) fn unexplained_motion(
                 }
                 false => "release time, scale, origin, tracked point, dimensions",
             };
-            let text = format!("{finding}. The estimates may be wrong. Check the set-up: {setup}");
+            let text = format!("{finding}. The estimates may be wrong. Check the setup: {setup}");
             warnings.add_for(name, severity, Code::LargeResiduals, text);
         }
         // A stated sigma is a second scale, independent of the size of the motion.
@@ -188,8 +188,8 @@ pub(crate) fn test_residuals(
                 found.push((tests.whiteness.min(tests.trend), own.experiment.name.clone(), text));
             } else if !tests.passed {
                 let text = format!(
-                    "{finding}. Outliers may bias the estimates. A robust loss (huber, cauchy) \
-                     down-weights them"
+                    "{finding}. Outliers may bias the estimates, unless a robust loss (huber, \
+                     cauchy) down-weights them"
                 );
                 warnings.add_for(&own.experiment.name, Severity::Note, Code::Outliers, text);
             }
