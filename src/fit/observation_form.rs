@@ -135,10 +135,11 @@ struct ObservationKeys {
     #[serde(alias = "node")]
     point: Option<ObservedPoint>,
     /// Position of the marker, or of the sensor of a strain, relative to the point of the centerline, m, in axes that
-    /// move with the rod: tangent, first and second director. Two numbers are along both directors.
-    #[serde(default, deserialize_with = "crate::input::arrays::three_or_last_two")]
+    /// move with the rod: tangent, first and second director. Two numbers are along both directors. Default: none of a
+    /// marker; required of a strain.
+    #[serde(default, deserialize_with = "crate::input::arrays::some_three_or_last_two")]
     #[cfg_attr(test, schemars(with = "Vec<f64>", length(min = 2, max = 3)))]
-    offset: [f64; 3],
+    offset: Option<[f64; 3]>,
     /// Standard deviation of a coordinate, m, or columns of the file; default: estimated from the
     /// residuals.
     sigma: Option<Sigma>,
@@ -212,8 +213,9 @@ impl ObservationForm {
         let ObservationKeys { fps, scale, origin, y, time_zero, point, .. } = form;
         let ObservationKeys { offset, sigma, loss, held_out, .. } = form;
         let (sigma, sigma_columns) = sigma.map_or((None, None), Sigma::parts);
-        let measurement =
-            |o: Observation| o.offset(offset).with_properties(sigma, loss, held_out).into();
+        let measurement = |o: Observation| {
+            o.offset(offset.unwrap_or_default()).with_properties(sigma, loss, held_out).into()
+        };
         let recording = Recording {
             format,
             columns,

@@ -76,8 +76,9 @@ pub(crate) struct SensorForm {
     pub file: Option<PathBuf>,
     /// Rotation vector of the frame of the sensor, rad.
     pub rotation: [f64; 3],
-    /// Position of the sensor of a strain relative to the axis, m, along tangent, first and second director.
-    pub offset: [f64; 3],
+    /// Position of the sensor of a strain relative to the axis, m, along tangent, first and second director; none of
+    /// other quantities.
+    pub offset: Option<[f64; 3]>,
     /// Name of the rigid body of an export of Motive whose rotation is measured.
     pub body: Option<String>,
     /// Offset of the sensor.
@@ -204,7 +205,16 @@ impl SensorForm {
         };
         let is_own = given == components || self.quantity == SensorQuantity::Pose;
         ensure(is_own, format!("{key}.tare"), "a tare of another quantity", allowed)?;
-        let has_offset = self.offset != [0.0; 3] && self.quantity != SensorQuantity::Strain;
+        let is_strain = self.quantity == SensorQuantity::Strain;
+        let allowed = "the position of the gauge, m, along the first and second director, such as [0.002, 0.0]; \
+                       [0.0, 0.0] is the strain of the axis, which bending does not change";
+        ensure(
+            !is_strain || self.offset.is_some(),
+            format!("{key}.offset"),
+            "no such key",
+            allowed,
+        )?;
+        let has_offset = self.offset.is_some_and(|offset| offset != [0.0; 3]) && !is_strain;
         let (found, allowed) =
             ("an offset with this quantity", "this key with positions and strain only");
         ensure(!has_offset, format!("{key}.offset"), found, allowed)?;
@@ -258,7 +268,7 @@ impl SensorForm {
                 PointChannel::curvature(point, axis).rotated(self.rotation).into()
             }
             SensorQuantity::Strain => {
-                let quantity = PointQuantity::Strain { offset: self.offset };
+                let quantity = PointQuantity::Strain { offset: self.offset.unwrap_or_default() };
                 PointChannel { point, quantity }.rotated(self.rotation).into()
             }
         }

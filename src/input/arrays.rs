@@ -35,6 +35,13 @@ pub(crate) fn three_or_last_two<'de, D: Deserializer<'de>>(
     }
 }
 
+/// Reads a list like [`three_or_last_two`]; none for null. A field with `#[serde(default)]` is none if its key is absent.
+pub(crate) fn some_three_or_last_two<'de, D: Deserializer<'de>>(
+    deserializer: D,
+) -> Result<Option<[f64; 3]>, D::Error> {
+    three_or_last_two(deserializer).map(Some)
+}
+
 /// Reads a list, of any length, of lists of exactly `N` numbers each; another length of a row is an error with both
 /// lengths.
 pub(crate) fn rows<'de, T: Deserialize<'de>, D: Deserializer<'de>, const N: usize>(

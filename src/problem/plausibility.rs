@@ -3,7 +3,8 @@
 //!
 //! `Problem::plausibility_notes` returns codes and texts for a [`Purpose`] (motion, equilibrium, modes), empty for a
 //! plausible scene. First is one text of all implausible numbers, each with the likely unit (g/cm^3, MPa, mm). Density,
-//! Young's modulus, thickness, length, their ratio and gravity are compared with the constants of this module. Above
+//! Young's modulus, thickness, length, their ratio, gravity, angles, attached masses and routes of tendons are compared
+//! with the constants of this module. Above
 //! the densities of [`SOFTEST_OF_DENSITY`] a larger modulus is required. Second: the scene file leaves out gravity and
 //! nothing else acts on its rod. Loads, flow, motions, recordings, user-defined energies, actuators, initial shapes and
 //! stress at rest count as actions; for a motion also an initial velocity. There is no such warning for modes, or for a
@@ -14,7 +15,7 @@
 use crate::code::Code;
 use crate::numerics::vector::{dot, sub};
 use crate::problem::{Problem, with_model};
-use crate::scene::{Contact, InitialState, PointForce, Scene, Section, Shape};
+use crate::scene::{Actuation, Contact, InitialState, PointForce, Scene, Section, Shape};
 
 /// Smallest density of a solid, kg/m^3; only aerogels are lighter.
 const LIGHTEST_SOLID: f64 = 10.0;
@@ -39,6 +40,10 @@ const LONGEST: f64 = 1e3;
 const MOST_SLENDER: f64 = 5e4;
 /// Largest plausible gravity, m/s^2: fifty times that of the earth, which is 9810 in mm/s^2 and 981 in cm/s^2.
 const STRONGEST_GRAVITY: f64 = 500.0;
+/// Largest plausible angle of an arc, a clamp or a phase, rad: a full turn.
+const LARGEST_ANGLE: f64 = std::f64::consts::TAU;
+/// Largest plausible attached mass over the mass of the rod: a bob of 1 kg on a steel wire of 1 m has 160.
+const HEAVIEST_MASS: f64 = 500.0;
 /// Cosine of the largest angle between a vertical rod and its axis: 10 degrees.
 const VERTICAL: f64 = 0.985;
 
@@ -171,8 +176,8 @@ impl Problem {
 }
 
 /// Message about all numbers that appear to be in other units than SI, each with its value and the likely unit.
-/// Compared with the constants of this module are density, Young's modulus, thickness, length and gravity. The modulus
-/// is also compared with the least of its density, the thickness with the length, and the length with the thickness.
+/// Compared with the constants of this module are density, Young's modulus, thickness, length, gravity, angles, attached
+/// masses (with the mass of the rod) and offsets of tendons (with the length). The modulus is also compared with the least of its density, the thickness with the length, and the length with the thickness.
 /// The section is that without taper. None if all are plausible. `length` is that of the rod, m.
 fn units(scene: &Scene, length: f64) -> Option<String> {
     let mut found = Vec::new();
@@ -215,10 +220,40 @@ fn units(scene: &Scene, length: f64) -> Option<String> {
     if gravity > STRONGEST_GRAVITY {
         add("loads.gravity", gravity, "m/s^2", "mm/s^2");
     }
+    // Angles beyond a full turn are those of coils; a phase beyond it has no meaning of its own.
+    let angles = [
+        (
+            "rod.shape.angle",
+            match scene.rod.shape {
+                Shape::Arc { angle, .. } => angle,
+                _ => 0.0,
+            },
+        ),
+        ("supports.angle", scene.supports.angle),
+    ];
+    let phases = scene.signals.iter().map(|signal| ("signals.phase", signal.phase.unwrap_or(0.0)));
+    for (key, angle) in angles.into_iter().chain(phases) {
+        if angle.abs() > LARGEST_ANGLE {
+            add(key, angle, "rad", "degrees");
+        }
+    }
+    let rod_mass = density * scene.rod.section.moments().area * length;
+    if let Some(point) = scene.rod.mass.iter().find(|point| point.mass > HEAVIEST_MASS * rod_mass) {
+        add("rod.mass", point.mass, "kg", "g");
+    }
+    let routes = scene.actuation.iter().filter_map(|actuator| match actuator {
+        Actuation::Tendon { route, .. } => Some(route),
+        Actuation::Curvature { .. } => None,
+    });
+    let offsets = routes.flatten().map(|point| point.offset[0].hypot(point.offset[1]));
+    let farthest = offsets.fold(0.0, f64::max);
+    if farthest > length {
+        add("actuation.route.offset", farthest, "m", "mm");
+    }
     (!found.is_empty()).then(|| {
         format!(
-            "the model has {}: probably not in SI units. Results are then wrong by powers of ten. Give m, kg/m^3, Pa \
-             and m/s^2: 1 g/cm^3 is 1000 kg/m^3, 1 MPa is 1e6 Pa, 1 GPa is 1e9 Pa",
+            "the model has {}: probably not in SI units. Results are then wrong by powers of ten. Give m, kg/m^3, Pa, \
+             rad and m/s^2: 1 g/cm^3 is 1000 kg/m^3, 1 MPa is 1e6 Pa, 1 GPa is 1e9 Pa",
             found.join(", ")
         )
     })

@@ -137,6 +137,19 @@ struct TableRange {
     lengths: Vec<f64>,
 }
 
+impl Problem {
+    /// Warnings, with their codes, of large strains and of curvatures beyond a table at rest, where `position` returns
+    /// the nodes, m.
+    pub(crate) fn strain_warnings(
+        &self,
+        position: impl Fn(usize) -> [f64; 3],
+    ) -> Vec<(Code, String)> {
+        let strain = StrainGauge::new(self).map(|gauge| gauge.largest(position, None));
+        let modulus = self.scene().material.youngs_modulus;
+        strain.into_iter().flat_map(|strain| strain.warnings(modulus)).collect()
+    }
+}
+
 impl StrainGauge {
     /// Gauge with the stress-free lengths and integrated curvatures of the rod of a problem. For every joint it has
     /// half the thickness at its node over the mean length of its two edges. None if recorded markers prescribe nodes,

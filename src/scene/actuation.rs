@@ -137,11 +137,15 @@ impl<D> Actuation<D> {
 impl Actuation {
     /// Rejects the name of a signal that the scene does not have, routes of fewer than two points or that do not
     /// ascend, and an actuator that does not end after it begins. Stretch beside a law of the stretch that is not
-    /// linear is rejected too. `key` is that of the actuator.
+    /// linear is rejected too, and so is a constant stretch of -1 or less. `key` is that of the actuator.
     fn check(&self, key: &str, signals: &[Signal], law: StretchLaw) -> Result<(), Error> {
         match self {
-            Self::Curvature { component, from, to, signal, .. } => {
+            Self::Curvature { component, from, to, signal, gain } => {
                 check_reference(signals, signal.as_deref(), key)?;
+                let is_constant_stretch = *component == ActuatedStrain::Stretch && signal.is_none();
+                let has_length = !is_constant_stretch || *gain > -1.0;
+                let allowed = "above -1 of a constant stretch, at which the rod has no length";
+                ensure(has_length, format!("{key}.gain"), gain, allowed)?;
                 if *component == ActuatedStrain::Stretch && law != StretchLaw::Linear {
                     let allowed = "d1, d2 or twist with a material.stretch_law that is not linear";
                     return Err(Error::invalid(format!("{key}.component"), "stretch", allowed));

@@ -16,7 +16,6 @@ use crate::code::Code;
 use crate::error::Error;
 use crate::problem::Model;
 use crate::problem::penetration::PenetrationRecord;
-use crate::problem::strain::StrainGauge;
 use crate::problem::{AnyProblem, Discretized, Problem, Purpose};
 use crate::rod::State;
 use crate::rod::{Energies, Rod};
@@ -222,8 +221,6 @@ fn model_equilibrium<M: Model>(
         discretized.reactions_at_rest(discretized.setup_over(|_, value: f64| value), &still);
     let nodes: Vec<[f64; 3]> =
         (0..problem.nodes()).map(|i| discretized.model.position(&rest.q, i)).collect();
-    // Large strains are outside of the linear law of the material.
-    let strain = StrainGauge::new(problem).map(|gauge| gauge.largest(|i| nodes[i], None));
     let mut warnings = problem.plausibility_notes(Purpose::Rest);
     let pencil = Pencil::resting(discretized, &rod, &rest.q, &rest.frames);
     // Without a potential the energy does not decide about stability.
@@ -231,8 +228,8 @@ fn model_equilibrium<M: Model>(
         true => Stability::default(),
         false => discretized.stability(&rest.q, &rest.frames, &pencil, <[f64]>::to_vec)?,
     };
-    let modulus = problem.scene().material.youngs_modulus;
-    warnings.extend(strain.into_iter().flat_map(|strain| strain.warnings(modulus)));
+    // Large strains are outside of the linear law of the material.
+    warnings.extend(problem.strain_warnings(|i| nodes[i]));
     let mut penetration = PenetrationRecord::new(problem.scene());
     penetration.add(|i| nodes[i], None);
     warnings.extend(penetration.warning());

@@ -44,7 +44,8 @@ const MAX_UNSTABLE: usize = 200;
 impl Problem {
     /// The `count` lowest modes about a state, and all unstable ones (up to 200 in either plane), in ascending order
     /// of frequency. Those of a planar scene are in its plane and, if it has a torsional stiffness and no moments,
-    /// out of it. Warnings are about implausible values only.
+    /// out of it. Warnings are about implausible values and large
+    /// strains.
     ///
     /// ```
     /// use rodfit::vibration::{LinearizationPoint, ModeKind};
@@ -62,10 +63,12 @@ impl Problem {
     /// and too many unknowns under loads without a potential are errors about either state.
     pub fn modes(&self, count: usize, about: LinearizationPoint) -> Result<Modes, Error> {
         let (mut modes, mut all) = (Vec::new(), Stability::default());
+        let mut notes = self.plausibility_notes(Purpose::Modes);
         match self.discretized() {
             AnyProblem::Planar(discretized) => {
                 // Vibrations in the plane are those of the planar model.
                 let q = linearization_state(&discretized, about)?.0;
+                notes.extend(self.strain_warnings(|i| discretized.model.position(&q, i)));
                 all += VibratingRod::new(&discretized, &q, &())?.add_modes(count, &mut modes)?;
                 // Out of the plane the rod vibrates only if a torsional stiffness is given.
                 if self.can_twist() {
@@ -78,6 +81,7 @@ impl Problem {
             }
             AnyProblem::Spatial(discretized) => {
                 let (q, frames) = linearization_state(&discretized, about)?;
+                notes.extend(self.strain_warnings(|i| discretized.model.position(&q, i)));
                 all +=
                     VibratingRod::new(&discretized, &q, &frames)?.add_modes(count, &mut modes)?;
             }
@@ -86,7 +90,6 @@ impl Problem {
         modes.sort_by_cached_key(|x| total_order(x.frequency_rad_s));
         let growing = modes.iter().rposition(Mode::is_growing).map_or(0, |last| last + 1);
         modes.truncate(count.max(growing));
-        let notes = self.plausibility_notes(Purpose::Modes);
         Ok(Modes {
             about,
             unstable: all.unstable,

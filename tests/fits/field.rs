@@ -202,6 +202,8 @@ fn field_table_of_fit_file_is_read() {
     );
     let message = refused("length = 0.1", "length = -0.1");
     assert!(message.contains("field[0].length: found -0.1"), "{message}");
+    let message = refused("length = 0.1", "length = 50.0");
+    assert!(message.contains("field[0].length: found 50"), "{message}");
     let message = refused("prior = { mean = 1e7, sigma = 2e5 }\n", "");
     assert!(message.contains("parameter[0].prior: found none"), "{message}");
     let message = refused("[[field]]", "[analysis]\nbootstrap = 10\n[[field]]");

@@ -344,9 +344,13 @@ fn invalid_keys_of_strains_are_named() {
     let folder = tempfile::tempdir().unwrap();
     let [strain, curvature] = ["strain", "curvature"].map(|own| format!("quantity = \"{own}\"\n"));
     for (keys, key) in [
-        (format!("{strain}of = \"start\""), "observation[0].of"),
+        (strain.clone(), "observation[0].offset"),
+        (format!("{strain}offset = [0.0, 0.0]\nof = \"start\""), "observation[0].of"),
         (format!("{strain}tare = [0.1, 0.0]"), "observation[0].tare"),
-        (format!("{strain}axes = [\"x\", \"y\", \"z\"]"), "observation[0].axes"),
+        (
+            format!("{strain}offset = [0.0, 0.0]\naxes = [\"x\", \"y\", \"z\"]"),
+            "observation[0].axes",
+        ),
         (format!("{curvature}axes = [\"x\", \"y\", \"z\"]"), "observation[0].axes"),
         (format!("{curvature}tare = 0.1"), "observation[0].tare"),
         (format!("{curvature}offset = [0.0, 0.1]"), "observation[0].offset"),

@@ -215,7 +215,9 @@ impl FieldReport {
         let ratio = self.normalized_residual_rms;
         if !(USUAL_RMS[0]..USUAL_RMS[1]).contains(&ratio) {
             let fault = match ratio > 1.0 {
-                true => "The model lacks an effect, or sigma is too small",
+                true => {
+                    "The model lacks an effect, sigma is too small, or the prior of a field is too narrow or too smooth"
+                }
                 false => "Sigma is too large",
             };
             warnings.push(format!(

@@ -21,6 +21,10 @@ use crate::problem::Problem;
 use crate::scene::Parameter;
 use crate::scene::validate::positive;
 
+/// Largest correlation length over the length of the rod. Beyond it all values are nearly the same, with standard errors
+/// that are too small.
+const LONGEST_CORRELATION: f64 = 2.0;
+
 /// `[[field]]`: a list along the rod to identify with a smooth prior.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
@@ -67,7 +71,7 @@ impl FieldSpace {
     /// The space of some lists (`fields`) and single parameters (`unknowns`) of a problem. Values of natural bending
     /// are at equal distances from one end of the rod to the other. Those of other lists are in the middle of equal
     /// parts. The correlation length of a list, m, is converted to these spacings. Errors: no list, one that the scene
-    /// lacks or that is given twice, a sigma or length that is not positive, and parameters without derivatives. Single
+    /// lacks or that is given twice, a sigma or length that is not positive, a length above [`LONGEST_CORRELATION`] rods, and parameters without derivatives. Single
     /// parameters need a prior, must not be of camera, supports or shape of the rod, and must not stand twice or in a
     /// list.
     pub fn new(problem: &Problem, fields: &[Field], unknowns: &[Unknown]) -> Result<Self, Error> {
@@ -85,6 +89,12 @@ impl FieldSpace {
             ensure(!parameters.contains(&own[0]), key("name"), own[0], "each list once")?;
             positive(&key("sigma"), field.sigma)?;
             positive(&key("length"), field.length)?;
+            let longest = LONGEST_CORRELATION * problem.length();
+            let allowed = format!(
+                "a correlation length up to {longest} m, {LONGEST_CORRELATION} lengths of the rod; a value that is the same \
+                 everywhere is a parameter"
+            );
+            ensure(field.length <= longest, key("length"), field.length, allowed)?;
             // All values of a list have derivatives of the same kind: the first one stands for all.
             problem.check_parameter(own[0])?;
             let (count, length) = (own.len(), problem.length());

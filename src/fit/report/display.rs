@@ -137,7 +137,7 @@ impl FitReport {
         let unit = unit.map_or("m", String::as_str);
         let rms = self.data_quantity(self.residual_rms, unit, DIGITS);
         summary = summary.fact("Residuals", format!("RMS {rms}; sigma {}", sigma.join(", ")));
-        summary = summary.facts("Noise by differences", self.noise_scale_text());
+        summary = summary.facts("Noise by differences", self.noise_scale_texts());
         if !self.local_minima.summary.is_empty() {
             summary = summary.fact("Search", &self.local_minima.summary);
         }
@@ -156,18 +156,28 @@ impl FitReport {
         quantity(value, unit, digits)
     }
 
-    /// The noise estimated from differences of the samples, as text, in the unit of the first coordinate. It is the
-    /// value or the range over the coordinates that have an estimate, with the number and the reasons of the others. If
-    /// none has one: the first reason. `None` if no coordinate was examined.
-    fn noise_scale_text(&self) -> Option<String> {
-        let values: Vec<f64> = self.noise_scale.iter().filter_map(|scale| scale.value).collect();
-        let first = self.noise_scale.first()?;
-        let unit = &first.unit;
+    /// The noise estimated from differences of the samples, one [text](Self::noise_scale_text) for each unit.
+    fn noise_scale_texts(&self) -> Vec<String> {
+        let mut units: Vec<&str> = Vec::new();
+        for scale in &self.noise_scale {
+            if !units.contains(&&*scale.unit) {
+                units.push(&scale.unit);
+            }
+        }
+        units.into_iter().filter_map(|unit| self.noise_scale_text(unit)).collect()
+    }
+
+    /// The noise of the coordinates in a `unit`, as text. It is the value or the range over the coordinates that have an
+    /// estimate, with the number and the reasons of the others. If none has one: the first reason. `None` if no
+    /// coordinate was examined.
+    fn noise_scale_text(&self, unit: &str) -> Option<String> {
+        let scales = || self.noise_scale.iter().filter(|scale| scale.unit == unit);
+        let values: Vec<f64> = scales().filter_map(|scale| scale.value).collect();
         let [low, high] =
             values.iter().fold([f64::INFINITY, 0.0], |[low, high], x| [x.min(low), x.max(high)]);
         // Coordinates without an estimate are counted by their reason.
         let mut reasons: Vec<(&str, usize)> = Vec::new();
-        for reason in self.noise_scale.iter().filter_map(|scale| scale.unavailable.as_deref()) {
+        for reason in scales().filter_map(|scale| scale.unavailable.as_deref()) {
             match reasons.iter_mut().find(|(known, _)| *known == reason) {
                 Some((_, count)) => *count += 1,
                 None => reasons.push((reason, 1)),
@@ -187,14 +197,14 @@ impl FitReport {
             1 => "from differences of the samples",
             _ => "by coordinate, from differences",
         };
-        let of = match values.len() == self.noise_scale.len() {
+        let of = match values.len() == scales().count() {
             true => String::new(),
             false => {
                 let others = reasons
                     .iter()
                     .map(|(reason, count)| format!("; no estimate for {count}: {reason}"));
                 let others: String = others.collect();
-                format!(" ({} of {} coordinates{others})", values.len(), self.noise_scale.len())
+                format!(" ({} of {} coordinates{others})", values.len(), scales().count())
             }
         };
         Some(format!("{shown} {source}{of}"))

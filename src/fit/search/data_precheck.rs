@@ -284,13 +284,14 @@ impl<'a> Release<'a> {
 
     /// The warning text that the recording began before the release of the rod: the point rests until the onset of
     /// motion, after the scene's t = 0. The onset is the sample nearest to the change point of the recorded positions.
-    /// `None` if it is not after zero, no change point is found, or ends or obstacles move. `label` names the
+    /// `None` if it is not after zero, no change point is found, ends or obstacles move, or loads have signals. `label` names the
     /// measurement. The text has the correction of `time_zero`.
     fn check_release_time(&self, label: &str) -> Option<String> {
         let samples = &self.observation.samples;
-        // Ends and obstacles that move may leave the point at rest for a while.
+        // Ends, obstacles and loads that follow time may leave the point at rest for a while.
         let scene = self.experiment.problem.scene();
-        if scene.supports.move_ends() || scene.has_moved_obstacles() {
+        let is_driven = scene.supports.move_ends() || scene.has_moved_obstacles();
+        if is_driven || !scene.signals.is_empty() {
             return None;
         }
         let times: Vec<f64> = samples.iter().map(|s| s.time).collect();
@@ -384,13 +385,15 @@ impl<'a> Release<'a> {
             };
         }
         if cosine > SAME_DIRECTION && ratio.is_finite() {
-            return format!("the scale is wrong by a factor of {ratio:.3}");
+            return format!(
+                "most likely the scale is wrong by a factor of {ratio:.3}, or another point was tracked"
+            );
         }
         // Without a better explanation a constant shift explains any start.
         let shift = sub(position, self.start);
         format!(
-            "most likely the origin is wrong (by ({:.4}, {:.4}, {:.4}) m), or the point or the \
-             scale",
+            "most likely the origin is wrong (by ({:.4}, {:.4}, {:.4}) m), or the point, the scale, or the initial state \
+             of the scene (initial.state)",
             shift[0], shift[1], shift[2]
         )
     }

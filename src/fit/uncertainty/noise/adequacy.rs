@@ -7,7 +7,7 @@
 //! `2/nu - 2/n`. The ratio is compared with chi-squared over its `1/(1/nu - 1/n)` degrees of freedom (after von Neumann
 //! 1941).
 //!
-//! [`Adequacy::new`] makes one [`CoordinateNoise`] per coordinate of motions, and of shapes with neither a stated sigma
+//! [`Adequacy::new`] makes one [`CoordinateNoise`] per coordinate of motions and of readings over time, and of shapes with neither a stated sigma
 //! nor unknown arc lengths; none where the residuals are rounding errors. The residuals of a coordinate exceed its
 //! scale at a p-value below [`FALSE_ALARM`] over the number of coordinates (`is_exceeded`): autocorrelated noise or a
 //! missing effect.
@@ -51,7 +51,7 @@ pub(crate) struct CoordinateNoise {
     pub has_outliers: bool,
 }
 
-/// Noise of all coordinates of all recorded motions, and of shapes with neither a stated sigma nor unknown arc lengths,
+/// Noise of all coordinates of all recorded motions and readings over time, and of shapes with neither a stated sigma nor unknown arc lengths,
 /// as evidence on the adequacy of the model.
 pub(crate) struct Adequacy {
     /// The coordinates in the order of the measurements; empty where all residuals are rounding errors.
@@ -103,7 +103,7 @@ impl CoordinateNoise {
 
 impl Adequacy {
     /// Compares the residuals at an optimum with the samples of each coordinate, in the order of the measurements.
-    /// Included are motions, and shapes without a stated sigma and without unknown arc lengths. Empty where the
+    /// Included are motions, readings over time, and shapes without a stated sigma and without unknown arc lengths. Empty where the
     /// residuals are rounding errors.
     pub fn new(fitted: Fitted, correlations: &NoiseModel) -> Self {
         let Fitted { search, optimum } = fitted;
@@ -115,10 +115,11 @@ impl Adequacy {
         let used = search.unknowns.len() as f64 / optimum.residuals.len() as f64;
         for own in fitted.measured() {
             let MeasuredResiduals { index, experiment, measurement, .. } = own;
-            let is_motion = measurement.motion().is_some();
+            let is_series = measurement.motion().is_some()
+                || measurement.data.readings().first().is_some_and(|first| first.time.is_some());
             // Offsets from a line of unknown arc lengths have no scale of their own in the samples.
             let is_shape = measurement.shape().is_some() && measurement.fitted_nuisances() == 0;
-            if !is_motion && (!is_shape || measurement.sigma().is_some()) {
+            if !is_series && (!is_shape || measurement.sigma().is_some()) {
                 continue;
             }
             for coordinate in measurement.coordinates(&experiment.problem) {
@@ -127,7 +128,12 @@ impl Adequacy {
                 let series = correlations.series_of(index, coordinate.axis);
                 coordinates.push(CoordinateNoise {
                     has_outliers: samples.outliers().contains(&true),
-                    scale: samples.scale(experiment.label(measurement), coordinate.axis, is_motion),
+                    scale: samples.scale(
+                        experiment.label(measurement),
+                        coordinate.axis,
+                        measurement.unit(),
+                        is_series,
+                    ),
                     measurement: index,
                     rows: samples.rows,
                     nominal: own.sigma,

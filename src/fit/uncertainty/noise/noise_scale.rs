@@ -5,7 +5,7 @@
 //! differences](crate::numerics::noise_scale), or that from the observed values where it is lower by [`CLEARLY_LOWER`]
 //! standard errors. Values that a loss or the leverage down-weights are left out. The resolution `q` of the values sets
 //! a lower limit, `q/sqrt(12)`. The p-value compares the root mean square residual, without outliers ([`OUTLYING`]
-//! robust standard deviations), with the scale, by chi-squared. The result, a [`NoiseScale`] in m, is part of the
+//! robust standard deviations), with the scale, by chi-squared. The result, a [`NoiseScale`], is part of the
 //! report and the basis of `adequacy`. A coordinate without a usable estimate has the reason instead; so have shapes at
 //! rest, whose points have no order in time.
 
@@ -36,7 +36,7 @@ const CLEARLY_LOWER: f64 = 2.0;
 pub struct NoiseScale {
     /// Name of the file or of the point.
     pub observation: String,
-    /// x, y or z.
+    /// x, y or z, or the component of a sensor.
     pub axis: String,
     /// Standard deviation of the noise from differences of the samples, in `unit`; none where these do not show it.
     pub value: Option<f64>,
@@ -141,11 +141,17 @@ impl CoordinateSamples {
         self.residuals.iter().map(|r| median > 0.0 && r.abs() > limit).collect()
     }
 
-    /// Noise scale of the coordinate `axis` of an `observation`, m, compared with the root mean square residual without
+    /// Noise scale of the coordinate `axis` of an `observation`, in its `unit`, compared with the root mean square residual without
     /// outliers and excluded values. A scale below that of the resolution, the quantization step over the root of 12,
-    /// is replaced by it, with [`QUANTIZATION_FREEDOM`] degrees of freedom. Points of a shape at rest (not `is_motion`)
+    /// is replaced by it, with [`QUANTIZATION_FREEDOM`] degrees of freedom. Points of a shape at rest (not `is_series`)
     /// have none: they are not ordered in time. Without an estimate the reason is stored instead.
-    pub fn scale(&self, observation: String, axis: &str, is_motion: bool) -> NoiseScale {
+    pub fn scale(
+        &self,
+        observation: String,
+        axis: &str,
+        unit: &str,
+        is_series: bool,
+    ) -> NoiseScale {
         // Residuals without outliers, and their degrees of freedom.
         let outliers = self.outliers();
         let kept = || (0..self.residuals.len()).filter(|k| !self.excluded[*k] && !outliers[*k]);
@@ -157,14 +163,14 @@ impl CoordinateSamples {
             observation,
             axis: axis.into(),
             value: None,
-            unit: "m".into(),
+            unit: unit.into(),
             degrees_of_freedom: None,
             difference_order: None,
             residual_rms,
             p_value: None,
             unavailable: None,
         };
-        if !is_motion {
+        if !is_series {
             scale.unavailable = Some("points of a shape have no differences in time".into());
             return scale;
         }
@@ -248,7 +254,7 @@ mod tests {
                 excluded: vec![false; n],
                 freedom_left: 1.0,
             };
-            let p = samples.scale(String::new(), "x", true).p_value;
+            let p = samples.scale(String::new(), "x", "m", true).p_value;
             alarms += f64::from(p.is_some_and(|p| p < level));
         }
         alarms / runs as f64
@@ -280,7 +286,7 @@ mod tests {
             excluded: vec![false; n],
             freedom_left: 1.0,
         };
-        samples.scale(String::new(), "x", true)
+        samples.scale(String::new(), "x", "m", true)
     }
 
     /// A motion of 3 mm in 600 frames by pixels of 2 mm hardly changes from frame to frame: the scale is that of the

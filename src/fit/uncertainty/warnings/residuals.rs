@@ -231,7 +231,9 @@ pub(crate) fn excess_over_noise_scale(
         let CoordinateNoise { scale, measurement, stated_sigma, correlation, is_at_cap, .. } =
             coordinate;
         let experiment = all(search.experiments).nth(*measurement).map_or("", |(e, _)| &e.name);
-        let (observation, axis, rms) = (&scale.observation, &scale.axis, scale.residual_rms);
+        let (observation, axis, unit) = (&scale.observation, &scale.axis, &scale.unit);
+        let rms = format!("{:.2e} {unit}", scale.residual_rms);
+        let rms = rms.trim_end();
         // Outliers first, as they enlarge the residuals; then the excess; then correlation without a scale.
         let is_exceeded = coordinate.is_exceeded(coordinates.len());
         let is_unresolved = *correlation > STRONG_CORRELATION && scale.value.is_none();
@@ -241,15 +243,14 @@ pub(crate) fn excess_over_noise_scale(
             _ if is_exceeded && coordinate.has_outliers && !is_stated => (
                 Code::Outliers,
                 format!(
-                    "the residuals (RMS {rms:.2e} m) exceed the noise scale of the samples, and some \
+                    "the residuals (RMS {rms}) exceed the noise scale of the samples, and some \
                      are outliers, which bias the estimates. Use a robust loss (huber, cauchy)"
                 ),
             ),
             (Some(p), Some(value)) if is_exceeded && !is_stated => (
                 Code::ExceedsNoiseScale,
                 format!(
-                    "the residuals (RMS {rms:.2e} m) exceed the noise scale of the \
-                     samples ({value:.2e} m, {}). The noise is autocorrelated or the model lacks an effect. \
+                    "the residuals (RMS {rms}) exceed the noise scale of the samples ({value:.2e} {unit}, {}). The noise is autocorrelated or the model lacks an effect. \
                      Record the rod at rest and state its scatter as sigma",
                     p_value(p)
                 ),
@@ -260,7 +261,7 @@ pub(crate) fn excess_over_noise_scale(
             }
             _ => continue,
         };
-        let text = format!("{observation}, {axis}: {text}");
+        let text = format!("{}: {text}", coordinate_name(observation, axis));
         warnings.add_for(experiment, Severity::Ambiguous, code, text);
     }
 }
@@ -284,7 +285,7 @@ fn correlation_text(scale: &NoiseScale, correlation: f64, is_stated: bool) -> St
     )
 }
 
-/// Adds a note for each stated sigma of a recorded motion that differs from the scatter of the data by more than a
+/// Adds a note for each stated sigma of a recorded motion or of readings over time that differs from the scatter of the data by more than a
 /// factor of 2.5, either way. The scatter is the largest of the noise scales of its coordinates, or of their root mean
 /// square residuals where there is no scale.
 pub(crate) fn doubtful_sigmas(search: &Search, adequacy: &Adequacy, warnings: &mut Warnings) {
@@ -306,9 +307,10 @@ pub(crate) fn doubtful_sigmas(search: &Search, adequacy: &Adequacy, warnings: &m
                 true => "Intervals are too wide, and a misfit of that size is not detected",
                 false => "Intervals are too narrow",
             };
+            let unit = measurement.unit();
             let text = format!(
-                "{}: the stated sigma ({sigma:.1e} m) differs from the scatter that {source} show \
-                 ({scatter:.1e} m). {consequence}. Check its unit, or leave sigma out to have it estimated",
+                "{}: the stated sigma ({sigma:.1e} {unit}) differs from the scatter that {source} show \
+                 ({scatter:.1e} {unit}). {consequence}. Check its unit, or leave sigma out to have it estimated",
                 experiment.label(measurement)
             );
             warnings.add_for(&experiment.name, Severity::Note, Code::SigmaDoubtful, text);
