@@ -1,7 +1,7 @@
 //! Structures of a recorded branched cable, the sequence of models with their parameters, and their fits.
 //!
 //! The parent is cut at the junctions. A junction is a small body with a rigid joint to the piece that ends there, and a spring
-//! joint to each piece that starts there. Both ends of the parent follow two markers each and rotate freely about the cable.
+//! joint to each piece that starts there. Both ends of the parent follow two markers each, and grippers hold their rotation about the cable.
 //! Every branch has its own material. Jumps of the markers that drive the ends are replaced by medians.
 
 use crate::cable::Cable;
@@ -34,7 +34,7 @@ const CURVATURE_SIGMA: f64 = 1.0;
 const JUMP: f64 = 3e-3;
 const NEIGHBORS: usize = 3;
 /// Standard deviation of the residuals, m: that of the model, not of the markers.
-const SIGMA: f64 = 0.01;
+const SIGMA: f64 = 0.03;
 
 /// Values of parameters by their names.
 pub type Values = BTreeMap<String, f64>;
@@ -61,7 +61,7 @@ pub struct Grid {
 }
 
 /// The simulation of a fit: over this time the effects of all parameters are visible.
-const FITTED: Grid = Grid { end: 3.0, step: 0.01 };
+const FITTED: Grid = Grid { end: 3.0, step: 0.02 };
 /// Largest number of iterations of a fit, and largest step of an unknown on its scale (a logarithm, or rad).
 const ITERATIONS: u64 = 12;
 const LONGEST_STEP: f64 = 1.5;
@@ -142,7 +142,7 @@ fn text(cable: &Cable, grid: Grid, clip: &Path) -> String {
             let _ = write!(
                 text,
                 "[[supports]]\nof = {{ rod = \"{}\", at = \"{at}\" }}\nkind = \"recorded\"\n\
-                 markers = {markers:?}\nfree_twist = true\n",
+                 markers = {markers:?}\n",
                 piece.name
             );
         }

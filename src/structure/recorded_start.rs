@@ -7,7 +7,7 @@
 //! the frames of the pose, which do not depend on numbers of the scene.
 //!
 //! Output: [`StartFromRecording`] with unknowns (m, rad) and frames in the first frame, the change of the unknowns to
-//! the second, and the time between, s, which give the velocity. Derivatives with respect to numbers of the scene are
+//! the second, and the time between, s, which give the velocity. Held edges have no rate of rotation about the rod. Derivatives with respect to numbers of the scene are
 //! those of the implicit function theorem. Relaxed shapes in plain numbers are computed once per structure. Errors: a
 //! structure in a plane, too few markers, markers on bodies, one frame only, no equilibrium.
 
@@ -70,7 +70,10 @@ impl Structure {
         let pose = found.pose.map(D::from);
         let mut frames = pose.clone();
         assembly.move_frames(&mut frames, &q);
-        let change = change_between(assembly, [&pose, &frames], [&q, &next]);
+        let mut change = change_between(assembly, [&pose, &frames], [&q, &next]);
+        // Held edges do not spin: relaxed angles of two frames differ by noise, and nothing would end that rotation.
+        let held = self.recorded.prescribed.iter().filter(|i| i % 4 == 3);
+        held.for_each(|i| change[i] = D::from(0.0));
         let times = recording.track()?.times();
         Ok(StartFromRecording { q, frames, change, interval: times[1] - times[0] })
     }

@@ -394,3 +394,25 @@ fn recorded_start_gives_no_velocity_to_unknowns_without_effect() {
         assert_eq!(v[i], 0.0, "{i}");
     }
 }
+
+/// Held edges start without a rate of rotation about the rod. The angle of an edge relaxes in both first frames, and their
+/// difference would turn the end at a constant rate for ever.
+#[test]
+fn recorded_start_does_not_spin_held_ends() {
+    let mut scene = observed(branched(START, "recorded"), &simulated(TRUTH));
+    assert!(scene.supports.iter().all(|own| own.kind == Support::Recorded && !own.free_twist));
+    let held = |scene: StructureScene| {
+        let structure = Structure::new(scene).unwrap();
+        let ranges = structure.at_rest().assembly.rod_ranges();
+        // The first edge of the first piece, and the last one of the second.
+        let held = [ranges[0].start + 3, ranges[1].end - 4];
+        let motion = structure.simulation().unwrap();
+        let v = &motion.simulation().state().v;
+        held.map(|i| v[i])
+    };
+    assert_eq!(held(scene.clone()), [0.0; 2]);
+    // Ends that may turn do.
+    scene.supports.iter_mut().for_each(|own| own.free_twist = true);
+    let free = held(scene);
+    assert!(free.iter().all(|rate| rate.abs() > 1e-9), "{free:?}");
+}

@@ -193,14 +193,14 @@ pub(crate) const OMITTED_EFFECTS: [OmittedEffect; 24] = [
     OmittedEffect {
         path: "rod.section.radius",
         name: "different radius",
-        test: "measure several places with calipers",
+        test: "measure several sections",
         plausible: |s| Some(SECTION * s.radius?),
         ..EVERY_SCENE
     },
     OmittedEffect {
         path: "rod.section.height",
         name: "different height of the section",
-        test: "measure several places with calipers",
+        test: "measure several sections",
         plausible: |s| Some(SECTION * s.height?),
         ..EVERY_SCENE
     },
