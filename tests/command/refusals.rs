@@ -47,7 +47,7 @@ fn invalid_scene_is_rejected() {
         (change("step = 2e-3", "step = 1e-10"), &["time.step", "1e9 steps"]),
         (change("end = 0.3", "end = -0.3"), &["time.end", "-0.3"]),
         (change("beta = 0.5", "scheme = \"verlet\""), &["verlet", "newmark-beta"]),
-        (SCENE.split("[time]").next().unwrap().to_string(), &["time", "end and step"]),
+        (SCENE.split("[time]").next().unwrap().to_string(), &["time", "[time] with end"]),
         (change("[0, -9.8, 0]", "[0, -9.8]"), &["gravity"]),
         (change("[0, -9.8, 0]", "[0, nan, 0]"), &["loads.gravity", "NaN"]),
         (change("gravity", "damping = { mass = -1.0 }\ngravity"), &["loads.damping.mass", "-1"]),
