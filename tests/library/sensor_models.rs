@@ -169,7 +169,7 @@ fn position_of_a_load_cell_is_identified_and_named() {
     let [moments, _] = moments(&short(), near);
     let channel = Channel::along_world(End::Start, ReactionPart::Moment, 2);
     let fit = Fit::new(&short().problem().unwrap());
-    let fit = fit.observe(Sensor::new(channel, moments).sigma(1e-2).tare(Tare::Free));
+    let fit = fit.observe(Sensor::new(channel, moments).sigma(3e-4).tare(Tare::Free));
     let fit = fit.identify(Parameter::YoungsModulus).identify(Parameter::Density);
     let report = fit.analyse(of_a_right_mesh()).solve().unwrap();
     let source = "sensors.load-cell-start.position.x";
