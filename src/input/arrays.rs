@@ -35,7 +35,8 @@ pub(crate) fn three_or_last_two<'de, D: Deserializer<'de>>(
     }
 }
 
-/// Reads a list like [`three_or_last_two`]; none for null. A field with `#[serde(default)]` is none if its key is absent.
+/// Reads a list like [`three_or_last_two`]; none for null. A field with `#[serde(default)]` is none if its key is
+/// absent.
 pub(crate) fn some_three_or_last_two<'de, D: Deserializer<'de>>(
     deserializer: D,
 ) -> Result<Option<[f64; 3]>, D::Error> {

@@ -176,9 +176,10 @@ impl Problem {
 }
 
 /// Message about all numbers that appear to be in other units than SI, each with its value and the likely unit.
-/// Compared with the constants of this module are density, Young's modulus, thickness, length, gravity, angles, attached
-/// masses (with the mass of the rod) and offsets of tendons (with the length). The modulus is also compared with the least of its density, the thickness with the length, and the length with the thickness.
-/// The section is that without taper. None if all are plausible. `length` is that of the rod, m.
+/// Compared with the constants of this module are density, Young's modulus, thickness, length, gravity, angles,
+/// attached masses (with the mass of the rod) and offsets of tendons (with the length). The modulus is also compared
+/// with the least of its density, the thickness with the length, and the length with the thickness. The section is that
+/// without taper. None if all are plausible. `length` is that of the rod, m.
 fn units(scene: &Scene, length: f64) -> Option<String> {
     let mut found = Vec::new();
     let mut add = |key: &str, value: f64, unit: &str, guess: &str| {

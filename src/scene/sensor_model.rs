@@ -1,9 +1,10 @@
 //! `[[sensors]]`: frame, clock and filter of sensors, to which the observations of a fit refer by name.
 //!
-//! A [`SensorModel`] has a rotation of the frame beyond that of the observation (rotation vector, rad), the position of a
-//! load cell relative to the support, m, a delay, s, and the cutoff frequency of a first-order low-pass filter, Hz. A reading at `t` is the filtered component at `t -
-//! delay`. Only fits use sensors, with these numbers as possible parameters (`sensors.NAME.delay`). By default there is
-//! no effect. Names that are not valid or used twice are rejected.
+//! A [`SensorModel`] has a rotation of the frame beyond that of the observation (rotation vector, rad), the position of
+//! a load cell relative to the support, m, a delay, s, and the cutoff frequency of a first-order low-pass filter, Hz. A
+//! reading at `t` is the filtered component at `t - delay`. Only fits use sensors, with these numbers as possible
+//! parameters (`sensors.NAME.delay`). By default there is no effect. Names that are not valid or used twice are
+//! rejected.
 
 use crate::error::{Error, ensure};
 use crate::scene::number::Quantity;
@@ -30,8 +31,8 @@ table! {
         /// under a support, in axes of the rod (tangent, first and second director) at a point.
         #[serde(default, deserialize_with = "crate::input::arrays::numbers")]
         pub rotation: [D; 3] = Quantity::ANGLE.of_the_recording(),
-        /// Position, m, relative to the point of the support, in axes of the world: of moments that a load cell measures
-        /// about a point away from the support. Forces do not depend on it.
+        /// Position, m, relative to the point of the support, in axes of the world: of moments that a load cell
+        /// measures about a point away from the support. Forces do not depend on it.
         #[serde(default, deserialize_with = "crate::input::arrays::numbers")]
         pub position: [D; 3] = Quantity::signed("m").within(-1e3, 1e3).of_the_recording(),
         /// Delay of its readings, s: that of the time `t` shows the rod at `t - delay`.

@@ -7,9 +7,10 @@
 //! the frames of the pose, which do not depend on numbers of the scene.
 //!
 //! Output: [`StartFromRecording`] with unknowns (m, rad) and frames in the first frame, the change of the unknowns to
-//! the second, and the time between, s, which give the velocity. Held edges have no rate of rotation about the rod. Derivatives with respect to numbers of the scene are
-//! those of the implicit function theorem. Relaxed shapes in plain numbers are computed once per structure. Errors: a
-//! structure in a plane, too few markers, markers on bodies, one frame only, no equilibrium.
+//! the second, and the time between, s, which give the velocity. Held edges have no rate of rotation about the rod.
+//! Derivatives with respect to numbers of the scene are those of the implicit function theorem. Relaxed shapes in plain
+//! numbers are computed once per structure. Errors: a structure in a plane, too few markers, markers on bodies, one
+//! frame only, no equilibrium.
 
 use crate::energy::Derivatives;
 use crate::error::Error;

@@ -1,5 +1,5 @@
-//! First use of the command: templates with values to be filled in, files of other kinds, unset environment variables, lengths
-//! in millimeters, units of residuals, and recordings that begin before the release.
+//! First use of the command: templates with values to be filled in, files of other kinds, unset environment variables,
+//! lengths in millimeters, units of residuals, and recordings that begin before the release.
 
 use crate::folder::{Folder, SCENE, refused, replaced, status, stderr, stdout, succeeds, words};
 

@@ -1,5 +1,5 @@
-//! Invalid and hostile fit files and recordings: each is rejected with exit code 2 and the name of the fault; long lines are
-//! clipped in messages.
+//! Invalid and hostile fit files and recordings: each is rejected with exit code 2 and the name of the fault; long
+//! lines are clipped in messages.
 
 use crate::folder::{FIT, SCENE, replaced};
 use crate::hostile::{Case, all_are_answered};

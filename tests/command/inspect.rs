@@ -1,5 +1,5 @@
-//! `rodfit inspect` describes the same tip in files of all programs equally, and prints a valid observation; `rodfit init`
-//! writes templates whose fits run and recover the parameters of their data.
+//! `rodfit inspect` describes the same tip in files of all programs equally, and prints a valid observation; `rodfit
+//! init` writes templates whose fits run and recover the parameters of their data.
 
 use crate::common::coarse;
 use crate::common::formats::{Written, all, tip};

@@ -1,5 +1,5 @@
-//! Predictions without a fit: `rodfit predict`, and fit files whose measurements are all validation data. The errors of the
-//! true scene are those of the noise.
+//! Predictions without a fit: `rodfit predict`, and fit files whose measurements are all validation data. The errors of
+//! the true scene are those of the noise.
 
 use crate::common::recordings::{MODULUS, csv, recorded};
 use crate::folder::{Folder, refused, replaced, stdout, succeeds, words};

@@ -1,4 +1,5 @@
-//! Invalid scenes, polylines, lists and columns are rejected with exit code 2 and one message: key, found value, allowed values.
+//! Invalid scenes, polylines, lists and columns are rejected with exit code 2 and one message: key, found value,
+//! allowed values.
 
 use crate::folder::{FIT, Folder, SCENE, change, polyline, refused, stderr, stdout, succeeds};
 
@@ -368,7 +369,8 @@ fn sizes_beyond_their_limits_are_rejected() {
     }
 }
 
-/// Reading options without effect, for columns that a file does not have, are rejected; rows without values are counted.
+/// Reading options without effect, for columns that a file does not have, are rejected; rows without values are
+/// counted.
 #[test]
 fn keys_without_columns_are_rejected_and_lost_rows_counted() {
     let folder = Folder::new();

@@ -35,7 +35,8 @@ fn simulate_writes_all_outputs() {
     }
 }
 
-/// Mesh, step and scheme that a scene omits are chosen, with their error reported; a saved fitted scene omits them again.
+/// Mesh, step and scheme that a scene omits are chosen, with their error reported; a saved fitted scene omits them
+/// again.
 #[test]
 fn missing_mesh_step_and_scheme_are_chosen() {
     let folder = Folder::new();
@@ -217,8 +218,8 @@ fn failed_step_exits_with_3_and_keeps_earlier_steps() {
     assert_eq!(rows, steps + 2);
 }
 
-/// The clamp is at the first point of a polyline: the shipped fit finds the same modulus and discretization error with its rod
-/// given by points. An earlier version placed the nodes at the points, which changed the modulus by 4.1 %.
+/// The clamp is at the first point of a polyline: the shipped fit finds the same modulus and discretization error with
+/// its rod given by points. An earlier version placed the nodes at the points, which changed the modulus by 4.1 %.
 #[test]
 fn polyline_rod_has_the_length_of_its_line() {
     let folder = Folder::new();

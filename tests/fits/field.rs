@@ -1,4 +1,5 @@
-//! Hundreds of parameters along a rod, identified by adjoint derivatives: compared with truth, dense Jacobian and differences.
+//! Hundreds of parameters along a rod, identified by adjoint derivatives: compared with truth, dense Jacobian and
+//! differences.
 
 use argmin::core::{CostFunction, Gradient};
 use nalgebra::{DMatrix, DVector};

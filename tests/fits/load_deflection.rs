@@ -1,4 +1,5 @@
-//! Load-deflection curves: exact data of the discrete rod, the closed-form elastica, derivatives, coverage, and fit files.
+//! Load-deflection curves: exact data of the discrete rod, the closed-form elastica, derivatives, coverage, and fit
+//! files.
 
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -154,7 +155,8 @@ fn sensitivities_to_the_loads_of_two_curves_add_up_to_that_of_a_common_factor() 
     assert!((sum / (0.01 * MODULUS) - 1.0).abs() < 1e-2, "{inputs:?}");
 }
 
-/// Load `P L^2/(E I)` and deflection over length of the elastica whose tip turns by `angle`: `theta'^2 = 2 P/(E I) (sin(angle)
+/// Load `P L^2/(E I)` and deflection over length of the elastica whose tip turns by `angle`: `theta'^2 = 2 P/(E I)
+/// (sin(angle)
 /// - sin(theta))`, with `theta = angle (1 - t^2)`, by Simpson's rule.
 fn elastica(angle: f64) -> [f64; 2] {
     const PARTS: usize = 2000;
@@ -174,8 +176,8 @@ fn elastica(angle: f64) -> [f64; 2] {
     [0.5 * length * length, deflection / length]
 }
 
-/// The error of the modulus is that of the mesh: of second order, and below 1e-4 at 200 segments. The curve of a chosen mesh
-/// is within the stated discretization error.
+/// The error of the modulus is that of the mesh: of second order, and below 1e-4 at 200 segments. The curve of a chosen
+/// mesh is within the stated discretization error.
 #[test]
 fn closed_form_elastica_gives_the_modulus_up_to_the_mesh() {
     let unit = bending_stiffness() / (LENGTH * LENGTH);
@@ -290,8 +292,8 @@ fn fit_text(keys: &str, parameters: &str) -> String {
     format!("scene = \"scene.toml\"\n[[load_deflection]]\n{keys}\n{parameters}")
 }
 
-/// A lateral curve and a critical load of one rod, each measured alone: one fit of both has the modulus of each. Half the
-/// critical load would double the deflections of the curve.
+/// A lateral curve and a critical load of one rod, each measured alone: one fit of both has the modulus of each. Half
+/// the critical load would double the deflections of the curve.
 #[test]
 fn curve_and_critical_load_of_one_experiment_are_separate_tests() {
     let folder = std::env::temp_dir().join("rodfit-curve-and-critical-load");
@@ -361,7 +363,7 @@ fn fit_file_reads_units_and_factor_and_rejects_wrong_tables() {
     rejected(&keys.replace("-1.0", "0.0"), parameter, ["load_factor", "not 0"]);
     // Millimeters without a unit would be a deflection of many lengths.
     std::fs::write(folder.join("bending.csv"), "load,y\n0.01,20\n").unwrap();
-    rejected(keys, parameter, ["a displacement of 20.0000 m", "y [mm]"]);
+    rejected(keys, parameter, ["a displacement of 20.0000 m", "y[mm]"]);
     std::fs::write(folder.join("bending.csv"), "F[N],y[mm]\n1,2\n").unwrap();
     rejected(keys, parameter, ["bending.csv", "a column load"]);
     std::fs::write(folder.join("bending.csv"), "load[N],w[mm]\n1,2\n").unwrap();

@@ -8,8 +8,8 @@ use crate::common::fits::{fit, observe, value};
 use crate::common::{coarse, simulate};
 use crate::planar::small;
 
-/// Halved steps make the misfit a discontinuous function of the modulus. A fit with residuals above the noise has a warning
-/// with a recommended action, which removes the warning.
+/// Halved steps make the misfit a discontinuous function of the modulus. A fit with residuals above the noise has a
+/// warning with a recommended action, which removes the warning.
 #[test]
 fn discontinuous_misfit_is_a_warning() {
     let rod = |step: f64, damping: f64| {

@@ -1,5 +1,5 @@
-//! Sensors of the scene: rotation, position, delay and filter are identified from exact data beside the modulus; derivatives;
-//! coverage with noise; invalid input.
+//! Sensors of the scene: rotation, position, delay and filter are identified from exact data beside the modulus;
+//! derivatives; coverage with noise; invalid input.
 
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;

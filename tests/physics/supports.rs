@@ -311,8 +311,8 @@ fn thrown_and_spinning_rod_follows_rigid_motion() {
     }
 }
 
-/// A straight rod released from a coil of two turns conserves the energy of the coil, EI (4 pi)^2/2L; with damping it ends
-/// straight.
+/// A straight rod released from a coil of two turns conserves the energy of the coil, EI (4 pi)^2/2L; with damping it
+/// ends straight.
 #[test]
 fn rod_released_from_a_coil_conserves_energy() {
     let mut scene = unit_rod(60, 1e-2);
@@ -414,8 +414,8 @@ fn natural_twist_is_stress_free() {
     assert!(rest(&scene).energy.abs() < 1e-12);
 }
 
-/// A wall motion with less than the required steps per period is rejected with the needed step; a badly resolved one gives a
-/// warning.
+/// A wall motion with less than the required steps per period is rejected with the needed step; a badly resolved one
+/// gives a warning.
 #[test]
 fn wall_motion_that_the_step_does_not_resolve_is_rejected() {
     let scene = |motion: Motion, step: f64| {
@@ -458,8 +458,8 @@ fn wall_motion_that_the_step_does_not_resolve_is_rejected() {
     rest(&scene(ramp(5e-4), 1e-3));
 }
 
-/// A fit to a rod on a shaken wall uses no coarse step that fails to resolve the motion of the wall. It passes the warning of
-/// the run on.
+/// A fit to a rod on a shaken wall uses no coarse step that fails to resolve the motion of the wall. It passes the
+/// warning of the run on.
 #[test]
 fn fit_on_a_shaken_wall_recovers_the_modulus() {
     for (frequency, warned) in [(10.0, true), (5.0, false)] {

@@ -54,8 +54,8 @@ fn alone(dimension: &str, direction: &str, factor: f64, scheme: &str, relaxes: b
     run
 }
 
-/// Two rods on a body of such a mass that it stays in place move as two cantilevers, each with its own damping. The sum of
-/// their energies is that of the structure, with the energies of Maxwell springs.
+/// Two rods on a body of such a mass that it stays in place move as two cantilevers, each with its own damping. The sum
+/// of their energies is that of the structure, with the energies of Maxwell springs.
 #[test]
 fn each_rod_has_its_own_damping() {
     let cases =

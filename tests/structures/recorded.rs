@@ -19,8 +19,8 @@ const LENGTH: f64 = 0.4;
 const END: f64 = 0.3;
 const FRAME: f64 = 0.01;
 
-/// Positions at time `t` of a point `s` beyond the hand of the start or before that of the end, m. The hands shift, and turn
-/// in the plane of the cable and, with `out` other than zero, out of it.
+/// Positions at time `t` of a point `s` beyond the hand of the start or before that of the end, m. The hands shift, and
+/// turn in the plane of the cable and, with `out` other than zero, out of it.
 fn hand(end: usize, s: f64, t: f64, out: f64) -> [f64; 3] {
     let swing = |size: f64, rate: f64| size * (1.0 - (rate * t).cos());
     let (x, sign) = if end == 0 { (0.0, 1.0) } else { (LENGTH, -1.0) };
@@ -329,7 +329,8 @@ fn jacobian_of_branched_cable_equals_differences() {
     }
 }
 
-/// A fit between recorded ends starts at the given values and scans nothing, also if its model does not explain the data.
+/// A fit between recorded ends starts at the given values and scans nothing, also if its model does not explain the
+/// data.
 #[test]
 fn fit_of_driven_structure_takes_few_simulations() {
     let mut other = TRUTH;
@@ -338,8 +339,8 @@ fn fit_of_driven_structure_takes_few_simulations() {
     let scene = branched(START, "equilibrium");
     let report = fit_of(scene, &seen, |name| name != NAMES[2] && name != NAMES[7]).solve().unwrap();
     println!("{} simulations, {report}", report.simulations);
-    // 55 simulations, of which 15 are due to an optimum of the joint's damping above the values of a scan: its one-sided bound
-    // is searched about the optimum. About the largest value of a scan, 40 would be enough.
+    // 55 simulations, of which 15 are due to an optimum of the joint's damping above the values of a scan: its
+    // one-sided bound is searched about the optimum. About the largest value of a scan, 40 would be enough.
     assert!(report.converged && report.simulations < 60.0, "{report}");
 }
 
@@ -357,9 +358,9 @@ fn structure_is_unchanged_by_a_recording_that_is_an_error() {
     assert_eq!(scene, before);
 }
 
-/// Steps of a loose tolerance leave residuals. Where a branch is much stiffer than the cable and its viscosity acts over many
-/// steps, derivatives along corrected values would grow beyond all bounds. Those along the values of the motion stay as large as
-/// with a tight tolerance.
+/// Steps of a loose tolerance leave residuals. Where a branch is much stiffer than the cable and its viscosity acts
+/// over many steps, derivatives along corrected values would grow beyond all bounds. Those along the values of the
+/// motion stay as large as with a tight tolerance.
 #[test]
 fn derivatives_stay_bounded_with_stiff_viscous_branches_and_loose_tolerance() {
     let stiff = [2e6, 2e8, 0.9, 24.0, 0.22, 0.01, 5.0, 1.0];
@@ -395,8 +396,8 @@ fn recorded_start_gives_no_velocity_to_unknowns_without_effect() {
     }
 }
 
-/// Held edges start without a rate of rotation about the rod. The angle of an edge relaxes in both first frames, and their
-/// difference would turn the end at a constant rate for ever.
+/// Held edges start without a rate of rotation about the rod. The angle of an edge relaxes in both first frames, and
+/// their difference would turn the end at a constant rate for ever.
 #[test]
 fn recorded_start_does_not_spin_held_ends() {
     let mut scene = observed(branched(START, "recorded"), &simulated(TRUTH));

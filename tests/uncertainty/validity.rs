@@ -1,5 +1,5 @@
-//! Limits of the model: thick rods are reported with the size of the bias (ASTM E1876, Timoshenko), and frequencies that other
-//! mode numbers fit equally well.
+//! Limits of the model: thick rods are reported with the size of the bias (ASTM E1876, Timoshenko), and frequencies
+//! that other mode numbers fit equally well.
 
 use rodfit::fit::{FitReport, Frequencies, Grade, Measurement, RestShape, Sample, ShapePoint};
 use rodfit::scene::{Dimension, End, Material, Motion, PointForce, Scene, Section, Shape, Support};
@@ -95,8 +95,8 @@ fn thick_free_bar_with_correction_has_the_modulus_of_astm() {
         assert!(warning_of(&report, Code::ThickRod).is_none(), "{report}");
         assert_eq!(report.grade, Grade::Trustworthy, "{report}");
     }
-    // The third mode in the plane is the second of bending (the second is axial). Timoshenko's frequency equation lowers it
-    // by 24.6 %, beyond the range of the closed form, whose error is 1 % there.
+    // The third mode in the plane is the second of bending (the second is axial). Timoshenko's frequency equation
+    // lowers it by 24.6 %, beyond the range of the closed form, whose error is 1 % there.
     let scene = bar(0.1, 0.02, [Support::Free; 2]);
     let third = Frequencies::hz(&[6e4], 10.0).of_modes(&[3]).unwrap();
     let report = fit_modulus(&scene, third.plane(ModePlane::In).timoshenko());

@@ -2,10 +2,10 @@
 //!
 //! [`Format::detect`] takes the bytes of a file and returns its format. C3D is recognized by the signature of its
 //! bytes, HDF5 files by theirs and their data sets. Of other files the first 4096 bytes are examined as text. Most
-//! programs are recognized by the text of the first cell, or by names of columns in the first line, and Tracker by `t` at the start of the second line. Blank
-//! lines are skipped. OpenSim is recognized by a line `endheader` anywhere in this text. A file that no program matches
-//! is a plain table (CSV); there is no error. [`Format::key`] is the name of a format in configuration files,
-//! [`Format::program`] the name of its program for messages.
+//! programs are recognized by the text of the first cell, or by names of columns in the first line, and Tracker by `t`
+//! at the start of the second line. Blank lines are skipped. OpenSim is recognized by a line `endheader` anywhere in
+//! this text. A file that no program matches is a plain table (CSV); there is no error. [`Format::key`] is the name of
+//! a format in configuration files, [`Format::program`] the name of its program for messages.
 
 use crate::hdf5;
 use crate::signatures::{is_c3d, is_end_of_header, is_hdf5};
@@ -79,9 +79,9 @@ formats! {
 impl Format {
     /// The format of a file by its first bytes. C3D is recognized by its signature. HDF5 files of DeepLabCut and SLEAP
     /// are recognized by their data sets, with the feature `hdf5`; all bytes are needed for it. Other programs are
-    /// recognized by the text of the first cell, names of columns in the first line, or a line `endheader` among the first 4096
-    /// bytes. Tracker has `t` at the start of the second line. The result is a plain table ([`Format::Csv`]) if no
-    /// program is recognized. A byte-order mark and blank lines are skipped; case is ignored in first cells.
+    /// recognized by the text of the first cell, names of columns in the first line, or a line `endheader` among the
+    /// first 4096 bytes. Tracker has `t` at the start of the second line. The result is a plain table ([`Format::Csv`])
+    /// if no program is recognized. A byte-order mark and blank lines are skipped; case is ignored in first cells.
     pub fn detect(bytes: &[u8]) -> Self {
         if is_c3d(bytes) {
             return Self::C3d;

@@ -1,8 +1,8 @@
 //! Descriptions of files that cannot be read as tables of markers, for error messages.
 //!
 //! Input are the path and the bytes of a file, in general the first 4096. Binary files are recognized by their first
-//! bytes (zip, HDF5, C3D, video and others) or a zero byte. Texts are recognized by their first lines: TOML, JSON, XML, no
-//! header, columns separated by spaces, and for tables of positions accelerations. Output: an error with the kind of
+//! bytes (zip, HDF5, C3D, video and others) or a zero byte. Texts are recognized by their first lines: TOML, JSON, XML,
+//! no header, columns separated by spaces, and for tables of positions accelerations. Output: an error with the kind of
 //! file and the kinds that are read ([`check_text`] for binary files, [`describe_table`] and
 //! [`describe_position_table`] for texts). For a text that is none of these it is the error that the reader had.
 
@@ -120,9 +120,9 @@ fn is_zip_of_tables(bytes: &[u8]) -> bool {
 }
 
 /// The description of a text that is no table with a header, by its first two lines that are neither blank nor
-/// comments. Described are TOML, JSON, XML or HTML, numbers without a header, and columns with spaces between them below
-/// another number of names. `None` for other texts, for no text, and for a first line that does not end within the
-/// examined bytes.
+/// comments. Described are TOML, JSON, XML or HTML, numbers without a header, and columns with spaces between them
+/// below another number of names. `None` for other texts, for no text, and for a first line that does not end within
+/// the examined bytes.
 fn text(bytes: &[u8]) -> Option<String> {
     let text = String::from_utf8_lossy(&bytes[..bytes.len().min(EXAMINED)]).to_lowercase();
     let text = text.trim_start_matches('\u{feff}');

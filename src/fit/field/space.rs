@@ -21,8 +21,8 @@ use crate::problem::Problem;
 use crate::scene::Parameter;
 use crate::scene::validate::positive;
 
-/// Largest correlation length over the length of the rod. Beyond it all values are nearly the same, with standard errors
-/// that are too small.
+/// Largest correlation length over the length of the rod. Beyond it all values are nearly the same, with standard
+/// errors that are too small.
 const LONGEST_CORRELATION: f64 = 2.0;
 
 /// `[[field]]`: a list along the rod to identify with a smooth prior.
@@ -71,9 +71,9 @@ impl FieldSpace {
     /// The space of some lists (`fields`) and single parameters (`unknowns`) of a problem. Values of natural bending
     /// are at equal distances from one end of the rod to the other. Those of other lists are in the middle of equal
     /// parts. The correlation length of a list, m, is converted to these spacings. Errors: no list, one that the scene
-    /// lacks or that is given twice, a sigma or length that is not positive, a length above [`LONGEST_CORRELATION`] rods, and parameters without derivatives. Single
-    /// parameters need a prior, must not be of camera, supports or shape of the rod, and must not stand twice or in a
-    /// list.
+    /// lacks or that is given twice, a sigma or length that is not positive, a length above [`LONGEST_CORRELATION`]
+    /// rods, and parameters without derivatives. Single parameters need a prior, must not be of camera, supports or
+    /// shape of the rod, and must not stand twice or in a list.
     pub fn new(problem: &Problem, fields: &[Field], unknowns: &[Unknown]) -> Result<Self, Error> {
         let scene = problem.scene();
         let (mut lists, mut parameters): (Vec<FieldList>, Vec<Parameter>) = Default::default();

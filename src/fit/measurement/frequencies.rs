@@ -6,8 +6,8 @@
 //! `of_modes` sets the numbers; `plane`, `of_kind` and `along` set the filters. Simulated frequencies of bending modes
 //! include shear deformation and rotary inertia on request (`timoshenko`). `names` are those of the modes. Output:
 //! [`Frequencies`], a data set whose differences in a fit are simulated less measured angular frequency, rad/s.
-//! Frequencies that are not above 0, frequencies that fall with the mode number, repeated modes, another number of modes than frequencies, and filters that the
-//! scene does not allow (a structure allows none) are errors.
+//! Frequencies that are not above 0, frequencies that fall with the mode number, repeated modes, another number of
+//! modes than frequencies, and filters that the scene does not allow (a structure allows none) are errors.
 
 use crate::error::{Error, ensure};
 use crate::fit::measurement::dataset::{

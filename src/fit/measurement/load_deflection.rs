@@ -6,8 +6,8 @@
 //! are relative to the equilibrium at a load of zero, under the other loads of the scene. The equilibria are computed
 //! in the order of the loads: each search begins at the equilibrium under the load before. The camera has no effect.
 //! [`check_load`] rejects other parameters than loads, also for critical loads. Errors: a load that is no force or
-//! moment of the scene, or that is an unknown of the fit; structures; values that are not finite, or displacements of several rod lengths; an empty curve; and
-//! points that are not on the rod.
+//! moment of the scene, or that is an unknown of the fit; structures; values that are not finite, or displacements of
+//! several rod lengths; an empty curve; and points that are not on the rod.
 
 use crate::dynamics::record::RecordView;
 use crate::error::{Error, ensure};
@@ -121,8 +121,8 @@ impl DataKind for LoadCurve {
     }
 
     /// Rejects structures, a load that is no force or moment of the scene, a point that is not on the rod, and a curve
-    /// without values. Rejects values that are not finite, displacements above [`MOST_DISPLACEMENT`] lengths, and loads that the scene does not allow, as a force out of
-    /// its plane.
+    /// without values. Rejects values that are not finite, displacements above [`MOST_DISPLACEMENT`] lengths, and loads
+    /// that the scene does not allow, as a force out of its plane.
     fn check(&self, _header: &Header, context: &ValidationContext) -> Result<(), Error> {
         let ValidationContext { problem, key, label, .. } = context;
         refuse_structure(problem, label, "a load-deflection curve")?;
@@ -141,7 +141,7 @@ impl DataKind for LoadCurve {
             *label,
             format!("a displacement of {largest:.4} m of a rod {length} m long"),
             format!(
-                "up to {MOST_DISPLACEMENT} times the length of the rod; the header states another unit, as y [mm]"
+                "up to {MOST_DISPLACEMENT} times the length of the rod; state another unit in the header, as y[mm]"
             ),
         )?;
         problem.with_fixed_layout([(self.load, self.largest_load())]).map(|_| ())

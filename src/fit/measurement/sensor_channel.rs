@@ -85,8 +85,8 @@ impl Channel {
         ensure(support != Support::Free, format!("{key}.of"), found, allowed)
     }
 
-    /// The component of these reactions at the end of the channel along its direction, N or N m. The moment is that about
-    /// the point at `position`, m, relative to the point of the support, in axes of the world.
+    /// The component of these reactions at the end of the channel along its direction, N or N m. The moment is that
+    /// about the point at `position`, m, relative to the point of the support, in axes of the world.
     fn component<D: Scalar>(&self, reactions: &Reactions<D>, position: Vector<D>) -> D {
         let reaction = match self.of {
             End::Start => &reactions.start,
@@ -204,9 +204,9 @@ impl SensorChannel {
         rotated.check(problem, &format!("sensors.{name}"), false)
     }
 
-    /// The component along the axis of the channel in the frame of a `sensor` and about its position, one value per time
-    /// of a record: the sum of the components of the vector along the three axes, each times that of the axis turned by
-    /// the rotation vector of the sensor. Errors are those of [`values`](Self::values).
+    /// The component along the axis of the channel in the frame of a `sensor` and about its position, one value per
+    /// time of a record: the sum of the components of the vector along the three axes, each times that of the axis
+    /// turned by the rotation vector of the sensor. Errors are those of [`values`](Self::values).
     pub(crate) fn values_of_sensor<D: Scalar>(
         &self,
         sensor: &SensorModel<D>,
@@ -244,8 +244,8 @@ impl SensorChannel {
         self.values_about(std::array::from_fn(|_| D::from(0.0)), record, simulated)
     }
 
-    /// The component as [`values`](Self::values) has it, but a moment about the point at `position`, m, relative to that
-    /// of the support.
+    /// The component as [`values`](Self::values) has it, but a moment about the point at `position`, m, relative to
+    /// that of the support.
     fn values_about<D: Scalar>(
         &self,
         position: Vector<D>,

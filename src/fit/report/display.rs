@@ -167,8 +167,8 @@ impl FitReport {
         units.into_iter().filter_map(|unit| self.noise_scale_text(unit)).collect()
     }
 
-    /// The noise of the coordinates in a `unit`, as text. It is the value or the range over the coordinates that have an
-    /// estimate, with the number and the reasons of the others. If none has one: the first reason. `None` if no
+    /// The noise of the coordinates in a `unit`, as text. It is the value or the range over the coordinates that have
+    /// an estimate, with the number and the reasons of the others. If none has one: the first reason. `None` if no
     /// coordinate was examined.
     fn noise_scale_text(&self, unit: &str) -> Option<String> {
         let scales = || self.noise_scale.iter().filter(|scale| scale.unit == unit);

@@ -284,8 +284,8 @@ impl<'a> Release<'a> {
 
     /// The warning text that the recording began before the release of the rod: the point rests until the onset of
     /// motion, after the scene's t = 0. The onset is the sample nearest to the change point of the recorded positions.
-    /// `None` if it is not after zero, no change point is found, ends or obstacles move, or loads have signals. `label` names the
-    /// measurement. The text has the correction of `time_zero`.
+    /// `None` if it is not after zero, no change point is found, ends or obstacles move, or loads have signals. `label`
+    /// names the measurement. The text has the correction of `time_zero`.
     fn check_release_time(&self, label: &str) -> Option<String> {
         let samples = &self.observation.samples;
         // Ends, obstacles and loads that follow time may leave the point at rest for a while.

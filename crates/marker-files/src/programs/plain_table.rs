@@ -50,7 +50,11 @@ pub(crate) fn read_columns(
 fn of_table(path: &Path, table: &Table) -> Result<MarkerFile, Error> {
     let clocks = ["t", "time", "frame"];
     let Some(column) = clocks.into_iter().find_map(|name| table.find(name)) else {
-        return Err(table.error(1, "found no column t, time or frame, allowed: a column of times; points of a rod at rest belong to [[shape]]"));
+        return Err(table.error(
+            1,
+            "found no column t, time or frame, allowed: a column of times; points of a rod at \
+             rest belong to [[shape]]",
+        ));
     };
     let is_frame = table.columns[column].0 == "frame";
     // A frame number is a count; a unit would contradict the frame rate.

@@ -114,7 +114,7 @@ fn p_value(sigmas: f64, is_one_sided: bool, freedom: Option<f64>) -> f64 {
 }
 
 /// Whether the number of a tested effect plus its estimated change is above zero in every scene of `experiments` with
-/// that number; true for numbers that may be negative, and for those that the scenes set to zero or a trace of it.
+/// that number; true for numbers that may be negative or zero.
 fn is_possible(test: &ScoreTest, experiments: &[Experiment]) -> bool {
     let Ok(parameter) = test.source.parse::<Parameter>() else { return true };
     let Quantity { is_positive, may_vanish, .. } = parameter.quantity();

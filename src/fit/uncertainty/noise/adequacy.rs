@@ -7,10 +7,10 @@
 //! `2/nu - 2/n`. The ratio is compared with chi-squared over its `1/(1/nu - 1/n)` degrees of freedom (after von Neumann
 //! 1941).
 //!
-//! [`Adequacy::new`] makes one [`CoordinateNoise`] per coordinate of motions and of readings over time, and of shapes with neither a stated sigma
-//! nor unknown arc lengths; none where the residuals are rounding errors. The residuals of a coordinate exceed its
-//! scale at a p-value below [`FALSE_ALARM`] over the number of coordinates (`is_exceeded`): autocorrelated noise or a
-//! missing effect.
+//! [`Adequacy::new`] makes one [`CoordinateNoise`] per coordinate of motions and of readings over time, and of shapes
+//! with neither a stated sigma nor unknown arc lengths; none where the residuals are rounding errors. The residuals of
+//! a coordinate exceed its scale at a p-value below [`FALSE_ALARM`] over the number of coordinates (`is_exceeded`):
+//! autocorrelated noise or a missing effect.
 //!
 //! `variance_along` returns the variance of the noise along a direction of the weighted residuals, for score tests. It
 //! takes white noise of the scale (without a scale: of the root mean square residual) for coordinates with doubtful
@@ -51,8 +51,8 @@ pub(crate) struct CoordinateNoise {
     pub has_outliers: bool,
 }
 
-/// Noise of all coordinates of all recorded motions and readings over time, and of shapes with neither a stated sigma nor unknown arc lengths,
-/// as evidence on the adequacy of the model.
+/// Noise of all coordinates of all recorded motions and readings over time, and of shapes with neither a stated sigma
+/// nor unknown arc lengths, as evidence on the adequacy of the model.
 pub(crate) struct Adequacy {
     /// The coordinates in the order of the measurements; empty where all residuals are rounding errors.
     pub coordinates: Vec<CoordinateNoise>,
@@ -103,8 +103,8 @@ impl CoordinateNoise {
 
 impl Adequacy {
     /// Compares the residuals at an optimum with the samples of each coordinate, in the order of the measurements.
-    /// Included are motions, readings over time, and shapes without a stated sigma and without unknown arc lengths. Empty where the
-    /// residuals are rounding errors.
+    /// Included are motions, readings over time, and shapes without a stated sigma and without unknown arc lengths.
+    /// Empty where the residuals are rounding errors.
     pub fn new(fitted: Fitted, correlations: &NoiseModel) -> Self {
         let Fitted { search, optimum } = fitted;
         let mut coordinates = Vec::new();

@@ -141,10 +141,10 @@ impl CoordinateSamples {
         self.residuals.iter().map(|r| median > 0.0 && r.abs() > limit).collect()
     }
 
-    /// Noise scale of the coordinate `axis` of an `observation`, in its `unit`, compared with the root mean square residual without
-    /// outliers and excluded values. A scale below that of the resolution, the quantization step over the root of 12,
-    /// is replaced by it, with [`QUANTIZATION_FREEDOM`] degrees of freedom. Points of a shape at rest (not `is_series`)
-    /// have none: they are not ordered in time. Without an estimate the reason is stored instead.
+    /// Noise scale of the coordinate `axis` of an `observation`, in its `unit`, compared with the root mean square
+    /// residual without outliers and excluded values. A scale below that of the resolution, the quantization step over
+    /// the root of 12, is replaced by it, with [`QUANTIZATION_FREEDOM`] degrees of freedom. Points of a shape at rest
+    /// (not `is_series`) have none: they are not ordered in time. Without an estimate the reason is stored instead.
     pub fn scale(
         &self,
         observation: String,

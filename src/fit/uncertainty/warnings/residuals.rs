@@ -232,8 +232,7 @@ pub(crate) fn excess_over_noise_scale(
             coordinate;
         let experiment = all(search.experiments).nth(*measurement).map_or("", |(e, _)| &e.name);
         let (observation, axis, unit) = (&scale.observation, &scale.axis, &scale.unit);
-        let rms = format!("{:.2e} {unit}", scale.residual_rms);
-        let rms = rms.trim_end();
+        let rms = with_unit(format!("{:.2e}", scale.residual_rms), unit);
         // Outliers first, as they enlarge the residuals; then the excess; then correlation without a scale.
         let is_exceeded = coordinate.is_exceeded(coordinates.len());
         let is_unresolved = *correlation > STRONG_CORRELATION && scale.value.is_none();
@@ -250,8 +249,9 @@ pub(crate) fn excess_over_noise_scale(
             (Some(p), Some(value)) if is_exceeded && !is_stated => (
                 Code::ExceedsNoiseScale,
                 format!(
-                    "the residuals (RMS {rms}) exceed the noise scale of the samples ({value:.2e} {unit}, {}). The noise is autocorrelated or the model lacks an effect. \
+                    "the residuals (RMS {rms}) exceed the noise scale of the samples ({}, {}). The noise is autocorrelated or the model lacks an effect. \
                      Record the rod at rest and state its scatter as sigma",
+                    with_unit(format!("{value:.2e}"), unit),
                     p_value(p)
                 ),
             ),
@@ -285,9 +285,17 @@ fn correlation_text(scale: &NoiseScale, correlation: f64, is_stated: bool) -> St
     )
 }
 
-/// Adds a note for each stated sigma of a recorded motion or of readings over time that differs from the scatter of the data by more than a
-/// factor of 2.5, either way. The scatter is the largest of the noise scales of its coordinates, or of their root mean
-/// square residuals where there is no scale.
+/// A number as text with its unit behind it; the number alone without a unit, as of a strain.
+fn with_unit(number: String, unit: &str) -> String {
+    match unit {
+        "" => number,
+        _ => format!("{number} {unit}"),
+    }
+}
+
+/// Adds a note for each stated sigma of a recorded motion or of readings over time that differs from the scatter of the
+/// data by more than a factor of 2.5, either way. The scatter is the largest of the noise scales of its coordinates, or
+/// of their root mean square residuals where there is no scale.
 pub(crate) fn doubtful_sigmas(search: &Search, adequacy: &Adequacy, warnings: &mut Warnings) {
     for (index, (experiment, measurement)) in all(search.experiments).enumerate() {
         let Some(sigma) = measurement.sigma() else { continue };
@@ -309,9 +317,10 @@ pub(crate) fn doubtful_sigmas(search: &Search, adequacy: &Adequacy, warnings: &m
             };
             let unit = measurement.unit();
             let text = format!(
-                "{}: the stated sigma ({sigma:.1e} {unit}) differs from the scatter that {source} show \
-                 ({scatter:.1e} {unit}). {consequence}. Check its unit, or leave sigma out to have it estimated",
-                experiment.label(measurement)
+                "{}: the stated sigma ({}) differs from the scatter that {source} show ({}). {consequence}. Check its unit, or leave sigma out to have it estimated",
+                experiment.label(measurement),
+                with_unit(format!("{sigma:.1e}"), unit),
+                with_unit(format!("{scatter:.1e}"), unit),
             );
             warnings.add_for(&experiment.name, Severity::Note, Code::SigmaDoubtful, text);
         }
