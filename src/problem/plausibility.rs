@@ -263,7 +263,7 @@ fn units(scene: &Scene, length: f64) -> Option<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::{Material, Point, Support};
+    use crate::scene::{Material, Point, PointMass, RoutePoint, Support, Tension};
     use std::f64::consts::FRAC_PI_2;
 
     /// Scene of a straight rod of 0.3 m with these numbers, SI.
@@ -363,5 +363,27 @@ mod tests {
         let mut falling = scene_of(1140.0, 1e6, 2e-3);
         falling.loads.gravity = [0.0, -9810.0, 0.0];
         assert!(units(&falling, 0.2).unwrap().contains("gravity of 9810 m/s^2"));
+    }
+
+    #[test]
+    fn angles_masses_and_tendons_in_other_units_are_noted() {
+        let note = |change: &dyn Fn(&mut Scene)| {
+            let mut scene = scene_of(1200.0, 1e7, 2e-3);
+            change(&mut scene);
+            units(&scene, 0.3).unwrap_or_default()
+        };
+        assert_eq!(note(&|_| {}), "");
+        let angle = note(&|scene| scene.supports.angle = 30.0);
+        assert!(angle.contains("supports.angle of 30 rad (in degrees?)"), "{angle}");
+        let arc = note(&|scene| scene.rod.shape = Shape::Arc { length: 0.3, angle: 45.0 });
+        assert!(arc.contains("rod.shape.angle of 45 rad (in degrees?)"), "{arc}");
+        // The rod has 4.5 g.
+        let mass = note(&|scene| scene.rod.mass.push(PointMass::new(Point::Tip, 10.0)));
+        assert!(mass.contains("rod.mass of 10 kg (in g?)"), "{mass}");
+        let tendon = note(&|scene| {
+            let route = vec![RoutePoint { at: 0.1, offset: [3.0, 0.0] }];
+            scene.actuation.push(Actuation::Tendon { tension: Tension::Constant(1.0), route });
+        });
+        assert!(tendon.contains("actuation.route.offset of 3 m (in mm?)"), "{tendon}");
     }
 }
