@@ -55,26 +55,6 @@ table! {
             /// Normal of the plane towards the rod, of any length.
             #[serde(deserialize_with = "crate::input::arrays::numbers")]
             normal: [D; 3] = DIRECTION,
-            /// Force per length over the square of the overlap, N/m^3; default: by the weight and bending stiffness of
-            /// the rod.
-            #[serde(default, skip_serializing_if = "Option::is_none")]
-            stiffness: Option<D> = STIFFNESS,
-            /// Radius of the rod in contact, m; default: the outer radius of its section.
-            #[serde(default, skip_serializing_if = "Option::is_none")]
-            contact_radius: Option<D> = RADIUS,
-            /// Damping, s/m: the normal force is multiplied by one plus this number times the speed of approach;
-            /// default: zero.
-            #[serde(default, skip_serializing_if = "Option::is_none")]
-            damping: Option<D> = DAMPING,
-            /// Friction coefficient of Coulomb's law; default: zero.
-            #[serde(default, skip_serializing_if = "Option::is_none")]
-            friction: Option<D> = FRICTION,
-            /// Speed from which on friction is that of Coulomb's law, m/s; default: 1 mm/s.
-            #[serde(default, skip_serializing_if = "Option::is_none")]
-            slip_velocity: Option<D> = SLIP_VELOCITY,
-            /// Prescribed translation in time; default: none.
-            #[serde(default, skip_serializing_if = "Vec::is_empty")]
-            motion: Vec<ObstacleMotion<D>> = TABLE,
         },
         /// A sphere.
         Sphere {
@@ -83,26 +63,6 @@ table! {
             center: [D; 3] = POINT,
             /// Radius, m.
             radius: D = RADIUS,
-            /// Force per length over the square of the overlap, N/m^3; default: by the weight and bending stiffness of
-            /// the rod.
-            #[serde(default, skip_serializing_if = "Option::is_none")]
-            stiffness: Option<D> = STIFFNESS,
-            /// Radius of the rod in contact, m; default: the outer radius of its section.
-            #[serde(default, skip_serializing_if = "Option::is_none")]
-            contact_radius: Option<D> = RADIUS,
-            /// Damping, s/m: the normal force is multiplied by one plus this number times the speed of approach;
-            /// default: zero.
-            #[serde(default, skip_serializing_if = "Option::is_none")]
-            damping: Option<D> = DAMPING,
-            /// Friction coefficient of Coulomb's law; default: zero.
-            #[serde(default, skip_serializing_if = "Option::is_none")]
-            friction: Option<D> = FRICTION,
-            /// Speed from which on friction is that of Coulomb's law, m/s; default: 1 mm/s.
-            #[serde(default, skip_serializing_if = "Option::is_none")]
-            slip_velocity: Option<D> = SLIP_VELOCITY,
-            /// Prescribed translation in time; default: none.
-            #[serde(default, skip_serializing_if = "Vec::is_empty")]
-            motion: Vec<ObstacleMotion<D>> = TABLE,
         },
         /// A cylinder without ends.
         Cylinder {
@@ -114,26 +74,6 @@ table! {
             axis: [D; 3] = DIRECTION,
             /// Radius, m.
             radius: D = RADIUS,
-            /// Force per length over the square of the overlap, N/m^3; default: by the weight and bending stiffness of
-            /// the rod.
-            #[serde(default, skip_serializing_if = "Option::is_none")]
-            stiffness: Option<D> = STIFFNESS,
-            /// Radius of the rod in contact, m; default: the outer radius of its section.
-            #[serde(default, skip_serializing_if = "Option::is_none")]
-            contact_radius: Option<D> = RADIUS,
-            /// Damping, s/m: the normal force is multiplied by one plus this number times the speed of approach;
-            /// default: zero.
-            #[serde(default, skip_serializing_if = "Option::is_none")]
-            damping: Option<D> = DAMPING,
-            /// Friction coefficient of Coulomb's law; default: zero.
-            #[serde(default, skip_serializing_if = "Option::is_none")]
-            friction: Option<D> = FRICTION,
-            /// Speed from which on friction is that of Coulomb's law, m/s; default: 1 mm/s.
-            #[serde(default, skip_serializing_if = "Option::is_none")]
-            slip_velocity: Option<D> = SLIP_VELOCITY,
-            /// Prescribed translation in time; default: none.
-            #[serde(default, skip_serializing_if = "Vec::is_empty")]
-            motion: Vec<ObstacleMotion<D>> = TABLE,
         },
         /// A cylinder with a half sphere at either end.
         Capsule {
@@ -145,27 +85,28 @@ table! {
             to: [D; 3] = POINT,
             /// Radius, m.
             radius: D = RADIUS,
-            /// Force per length over the square of the overlap, N/m^3; default: by the weight and bending stiffness of
-            /// the rod.
-            #[serde(default, skip_serializing_if = "Option::is_none")]
-            stiffness: Option<D> = STIFFNESS,
-            /// Radius of the rod in contact, m; default: the outer radius of its section.
-            #[serde(default, skip_serializing_if = "Option::is_none")]
-            contact_radius: Option<D> = RADIUS,
-            /// Damping, s/m: the normal force is multiplied by one plus this number times the speed of approach;
-            /// default: zero.
-            #[serde(default, skip_serializing_if = "Option::is_none")]
-            damping: Option<D> = DAMPING,
-            /// Friction coefficient of Coulomb's law; default: zero.
-            #[serde(default, skip_serializing_if = "Option::is_none")]
-            friction: Option<D> = FRICTION,
-            /// Speed from which on friction is that of Coulomb's law, m/s; default: 1 mm/s.
-            #[serde(default, skip_serializing_if = "Option::is_none")]
-            slip_velocity: Option<D> = SLIP_VELOCITY,
-            /// Prescribed translation in time; default: none.
-            #[serde(default, skip_serializing_if = "Vec::is_empty")]
-            motion: Vec<ObstacleMotion<D>> = TABLE,
         },
+    } each with {
+        /// Force per length over the square of the overlap, N/m^3; default: by the weight and bending stiffness of
+        /// the rod.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        stiffness: Option<D> = STIFFNESS,
+        /// Radius of the rod in contact, m; default: the outer radius of its section.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        contact_radius: Option<D> = RADIUS,
+        /// Damping, s/m: the normal force is multiplied by one plus this number times the speed of approach;
+        /// default: zero.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        damping: Option<D> = DAMPING,
+        /// Friction coefficient of Coulomb's law; default: zero.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        friction: Option<D> = FRICTION,
+        /// Speed from which on friction is that of Coulomb's law, m/s; default: 1 mm/s.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        slip_velocity: Option<D> = SLIP_VELOCITY,
+        /// Prescribed translation in time; default: none.
+        #[serde(default, skip_serializing_if = "Vec::is_empty")]
+        motion: Vec<ObstacleMotion<D>> = TABLE,
     }
 }
 
@@ -229,6 +170,18 @@ impl<D: Copy> Obstacle<D> {
     }
 }
 
+/// The keys that all kinds of obstacles have.
+struct ContactSurface<'a, D> {
+    /// Stiffness that the scene gives, N/m^3.
+    stiffness: Option<D>,
+    /// Radius of the rod in the contact that the scene gives, m.
+    contact_radius: Option<D>,
+    /// Damping, s/m, friction coefficient, and slip velocity, m/s, that the scene gives.
+    losses: [Option<D>; 3],
+    /// Prescribed motions.
+    motion: &'a [ObstacleMotion<D>],
+}
+
 impl<D: Scalar> Contact<D> {
     /// Shape and size of the obstacle: kind, radius, point, axis as a unit vector (the normal of a plane), and length
     /// of a capsule from the point on. Numbers that the kind does not have are zero.
@@ -253,37 +206,66 @@ impl<D: Scalar> Contact<D> {
         Obstacle { kind, radius, point, axis, length }
     }
 
+    /// The keys that all kinds of obstacles have.
+    fn surface(&self) -> ContactSurface<'_, D> {
+        match self {
+            Self::Plane {
+                stiffness,
+                contact_radius,
+                damping,
+                friction,
+                slip_velocity,
+                motion,
+                ..
+            }
+            | Self::Sphere {
+                stiffness,
+                contact_radius,
+                damping,
+                friction,
+                slip_velocity,
+                motion,
+                ..
+            }
+            | Self::Cylinder {
+                stiffness,
+                contact_radius,
+                damping,
+                friction,
+                slip_velocity,
+                motion,
+                ..
+            }
+            | Self::Capsule {
+                stiffness,
+                contact_radius,
+                damping,
+                friction,
+                slip_velocity,
+                motion,
+                ..
+            } => {
+                let (stiffness, contact_radius) = (*stiffness, *contact_radius);
+                let losses = [*damping, *friction, *slip_velocity];
+                ContactSurface { stiffness, contact_radius, losses, motion }
+            }
+        }
+    }
+
     /// Prescribed motions of the obstacle; empty for a fixed one.
     pub(crate) fn motions(&self) -> &[ObstacleMotion<D>] {
-        match self {
-            Self::Plane { motion, .. }
-            | Self::Sphere { motion, .. }
-            | Self::Cylinder { motion, .. }
-            | Self::Capsule { motion, .. } => motion,
-        }
+        self.surface().motion
     }
 
     /// Stiffness of the contact that the scene gives, N/m^3; `None` without one.
     pub(crate) fn given_stiffness(&self) -> Option<D> {
-        match self {
-            Self::Plane { stiffness, .. }
-            | Self::Sphere { stiffness, .. }
-            | Self::Cylinder { stiffness, .. }
-            | Self::Capsule { stiffness, .. } => *stiffness,
-        }
+        self.surface().stiffness
     }
 
     /// The numbers of the forces that depend on the velocity, with their defaults; `None` if the scene gives neither
     /// damping nor friction.
     pub(crate) fn loss(&self) -> Option<ContactLoss<D>> {
-        let (damping, friction, slip_velocity) = match *self {
-            Self::Plane { damping, friction, slip_velocity, .. }
-            | Self::Sphere { damping, friction, slip_velocity, .. }
-            | Self::Cylinder { damping, friction, slip_velocity, .. }
-            | Self::Capsule { damping, friction, slip_velocity, .. } => {
-                (damping, friction, slip_velocity)
-            }
-        };
+        let [damping, friction, slip_velocity] = self.surface().losses;
         let number = |x: Option<D>, default: f64| x.unwrap_or(D::from(default));
         (damping.is_some() || friction.is_some()).then(|| ContactLoss {
             damping: number(damping, 0.0),
@@ -294,16 +276,8 @@ impl<D: Scalar> Contact<D> {
 
     /// Keys of the numbers of forces that depend on the velocity, with whether the scene gives them.
     pub(super) fn given_losses(&self) -> [(&'static str, bool); 3] {
-        match self {
-            Self::Plane { damping, friction, slip_velocity, .. }
-            | Self::Sphere { damping, friction, slip_velocity, .. }
-            | Self::Cylinder { damping, friction, slip_velocity, .. }
-            | Self::Capsule { damping, friction, slip_velocity, .. } => [
-                ("damping", damping.is_some()),
-                ("friction", friction.is_some()),
-                ("slip_velocity", slip_velocity.is_some()),
-            ],
-        }
+        let [damping, friction, slip_velocity] = self.surface().losses.map(|own| own.is_some());
+        [("damping", damping), ("friction", friction), ("slip_velocity", slip_velocity)]
     }
 
     /// Whether the contact has damping above zero.
@@ -319,13 +293,7 @@ impl<D: Scalar> Contact<D> {
     /// Radius, m, of a rod of this section in the contact: that of the contact, or the outer one of the section. `None`
     /// for a section without a radius where the contact gives none.
     pub(crate) fn rod_radius(&self, section: &Section<D>) -> Option<D> {
-        let own = match self {
-            Self::Plane { contact_radius, .. }
-            | Self::Sphere { contact_radius, .. }
-            | Self::Cylinder { contact_radius, .. }
-            | Self::Capsule { contact_radius, .. } => *contact_radius,
-        };
-        own.or(match section {
+        self.surface().contact_radius.or(match section {
             Section::Circle { radius } | Section::Tube { radius, .. } => Some(*radius),
             Section::Rectangle { .. } | Section::Custom { .. } => None,
         })

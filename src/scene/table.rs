@@ -3,10 +3,10 @@
 //!
 //! `table!` declares a struct, or an enum with a variant for each `kind`, over a number type `D`. A field `pub name:
 //! Type = kind` holds physical numbers: `kind` is the [`Quantity`] of numbers, vectors and lists of them, or [`TABLE`]
-//! for tables. Fields without a kind are copied from one number type to another. With `=> "key"` the path has another
-//! key than the name of the field. Entries of a list of `pub struct Name by field` have the value of that field as
-//! their key, others their index. The trait [`NumberTree`] visits all numbers with their paths, for parameters,
-//! validation and scenes over dual numbers.
+//! for tables. Fields without a kind are copied from one number type to another. Fields in `each with { .. }` after an
+//! enum are those of every variant, after its own. With `=> "key"` the path has another key than the name of the field.
+//! Entries of a list of `pub struct Name by field` have the value of that field as their key, others their index. The
+//! trait [`NumberTree`] visits all numbers with their paths, for parameters, validation and scenes over dual numbers.
 
 use crate::error::Error;
 use crate::scene::number::{NumberVisitor, Quantity};
@@ -180,6 +180,20 @@ macro_rules! table {
             $($(#[$field_meta])* $visibility $field: $type,)*
         }
         crate::scene::table::table!(@numbers $name $(by $entry)? { $($field $(= $kind)? $(=> $key)?,)* });
+    };
+    // An enum with further fields in each variant: they are appended to one variant after the other.
+    ($(#[$meta:meta])* pub enum $name:ident { $($variants:tt)* } each with { $($shared:tt)* }) => {
+        crate::scene::table::table!(@each { $(#[$meta])* pub enum $name } {} { $($variants)* } { $($shared)* });
+    };
+    (@each { $($head:tt)* } { $($done:tt)* } {} $shared:tt) => {
+        crate::scene::table::table!($($head)* { $($done)* });
+    };
+    (@each $head:tt { $($done:tt)* } {
+        $(#[$meta:meta])* $variant:ident { $($own:tt)* }, $($rest:tt)*
+    } { $($shared:tt)* }) => {
+        crate::scene::table::table!(
+            @each $head { $($done)* $(#[$meta])* $variant { $($own)* $($shared)* }, } { $($rest)* } { $($shared)* }
+        );
     };
     ($(#[$meta:meta])* pub enum $name:ident { $($(#[$variant_meta:meta])* $variant:ident {
         $($(#[$field_meta:meta])* $field:ident: $type:ty $(= $kind:expr)?,)*
