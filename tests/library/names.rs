@@ -57,7 +57,7 @@ momentum motion motion_rate moved_obstacles moving mujoco name natural_turn near
 neutral_equilibrium newton nodal node_history noise noise_scale nonlinear nonlinear_bending number
 numbers numerics observation_form observation_row observed_experiment observed_information
 observed_nodes obstacle_motion obstacles omitted_effects one_sided_bound onset operators optimum
-out_of_line outcome outlying_experiments output overlap overlay overlay_run own page parameter
+out_of_line outcome outlying_experiments output overlap overlay overlay_run own own_effect page parameter
 parameter_form parameters part_file path pencil penetration per_axis perturbation phi_function place
 placement plan planar planar_bend planarity plane platform plausibility player plot_data plotted
 point point_acceleration point_angle point_channel point_pose point_strain points polyline pose_form

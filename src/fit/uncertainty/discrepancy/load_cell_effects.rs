@@ -1,15 +1,15 @@
 //! Effects of load cells that measure moments about another point than that of the support.
 //!
-//! [`LoadCellEffect::all`] lists them for one experiment: one for each end of the rod whose moment is observed, by a
+//! `LoadCell::effects` lists them for one experiment: one for each end of the rod whose moment is observed, by a
 //! sensor without a position. Its number is the coordinate of `sensors.NAME.position` along the axis of the world that
 //! is nearest to the tangent there, with a plausible size of [`POSITION`] lengths of the rod.
-//! [`LoadCellEffect::added_to`] adds a sensor to the scene where the observations have none, and refers them to it.
+//! `LoadCell::add_to` adds a sensor to the scene where the observations have none, and refers them to it.
 
 use crate::fit::measurement::MeasuredData;
 use crate::fit::measurement::experiment::Experiment;
 use crate::fit::measurement::sensor_channel::{Channel, ReactionPart, SensorChannel};
 use crate::fit::measurement::sensor_reference::SensorReference;
-use crate::fit::uncertainty::discrepancy::omitted_effects::OmittedEffect;
+use crate::fit::uncertainty::discrepancy::own_effect::{EffectTerm, OwnEffect};
 use crate::numerics::total_order;
 use crate::numerics::vector::{Vector, sub};
 use crate::scene::{End, Parameter, SensorModel};
@@ -17,15 +17,9 @@ use crate::scene::{End, Parameter, SensorModel};
 /// Plausible distance of the origin of a load cell from the clamp, where none is stated, over the length of the rod.
 const POSITION: f64 = 0.02;
 
-/// The distance of a load cell from the point of the support of an end.
-#[derive(Clone, PartialEq)]
-pub(super) struct LoadCellEffect {
-    /// Path of its number.
-    pub path: &'static str,
-    /// Name, as text.
-    pub name: String,
-    /// Plausible size, m.
-    pub size: f64,
+/// A load cell at a distance from the point of the support of an end.
+#[derive(PartialEq)]
+pub(super) struct LoadCell {
     /// Name of the sensor of the scene.
     sensor: String,
     /// End of the rod with the support.
@@ -53,11 +47,11 @@ fn name_of(end: End) -> &'static str {
     }
 }
 
-impl LoadCellEffect {
+impl EffectTerm for LoadCell {
     /// The effects of an experiment; none without an observed moment, and for sensors with a position in the scene.
-    pub fn all(experiment: &Experiment) -> Vec<Self> {
+    fn effects(experiment: &Experiment) -> Vec<OwnEffect<Self>> {
         let problem = &experiment.problem;
-        let mut all: Vec<Self> = Vec::new();
+        let mut all = Vec::new();
         for (end, reference) in experiment.measurements.iter().filter_map(|m| moment_of(&m.data)) {
             let model = reference.model(problem.scene());
             if model.is_some_and(|model| model.position != [0.0; 3]) {
@@ -73,15 +67,15 @@ impl LoadCellEffect {
             };
             let axis = (0..3).max_by_key(|c| total_order(edge[*c].abs())).unwrap_or(0);
             let axis = ["x", "y", "z"][axis];
-            let effect = Self {
+            let effect = OwnEffect {
                 path: Parameter::at(&format!("sensors.{sensor}.position.{axis}")).path(),
                 name: format!(
                     "load cell at a distance along {axis} from the support of the {}",
                     name_of(end)
                 ),
                 size: POSITION * problem.length(),
-                sensor,
-                end,
+                test: "measure the distance of the sensor from the clamp, and state it as position in [[sensors]]",
+                term: Self { sensor, end },
             };
             if !all.contains(&effect) {
                 all.push(effect);
@@ -90,36 +84,24 @@ impl LoadCellEffect {
         all
     }
 
-    /// The number of the effect, as a parameter of a scene.
-    pub fn parameter(&self) -> Parameter {
-        Parameter::at(self.path)
-    }
-
-    /// The effect in the form of the table of omitted effects: number and distinguishing experiment, without an added
-    /// term.
-    pub fn omitted(&self) -> OmittedEffect {
-        let test = "measure the distance of the sensor from the clamp, and state it as position in [[sensors]]";
-        OmittedEffect::of_number(self.path, test)
-    }
-
     /// Adds the sensor to the scene of an experiment, unless it has it, and refers the moments of the end to it. False,
     /// without a change, if the scene does not allow it.
-    pub fn added_to(&self, experiment: &mut Experiment) -> bool {
+    fn add_to(effect: &OwnEffect<Self>, experiment: &mut Experiment) -> bool {
+        let Self { sensor, end } = &effect.term;
         let mut scene = experiment.problem.scene().clone();
-        if scene.sensors.iter().all(|sensor| sensor.name != self.sensor) {
-            scene.sensors.push(SensorModel::new(&self.sensor));
+        if scene.sensors.iter().all(|model| model.name != *sensor) {
+            scene.sensors.push(SensorModel::new(sensor));
         }
         let Ok(problem) = experiment.problem.with_scene(scene) else { return false };
-        if problem.check_parameter(self.parameter()).is_err() {
+        if problem.check_parameter(Parameter::at(effect.path)).is_err() {
             return false;
         }
         experiment.problem = problem;
         for measurement in &mut experiment.measurements {
-            if moment_of(&measurement.data)
-                .is_some_and(|(end, own)| end == self.end && own.0.is_none())
+            if moment_of(&measurement.data).is_some_and(|(of, own)| of == *end && own.0.is_none())
                 && let MeasuredData::SensorReadings(own) = &mut measurement.data
             {
-                own.sensor = SensorReference(Some(self.sensor.clone()));
+                own.sensor = SensorReference(Some(sensor.clone()));
             }
         }
         true

@@ -1,21 +1,22 @@
 //! Effects that the scene of a structure may omit: compliant joints, markers, and errors of lengths, sections and
 //! densities.
 //!
-//! [`StructureEffect::all`] lists the effects of one experiment, each with its number, plausible size in the unit of
+//! `StructureTerm::effects` lists the effects of one experiment, each with its number, plausible size in the unit of
 //! that number, and distinguishing experiment; none for a scene of one rod. They are rotational compliances of rigid
 //! joints and of clamped supports of straight rods, and the mass of a marker at the first observed point of a rod
 //! without masses. Further ones are errors of lengths, radii and heights of the rods, and of densities of their
 //! materials. Only straight rods and arcs have a marker and a length here.
 //!
-//! [`StructureEffect::added`] returns the problem with the term, or none where the structure cannot have it. Added
-//! compliances and masses are [`TRACE`] times the plausible size; all other numbers are in the scene already. A
-//! compliant support is a spring joint between the rod and a short stiff rod that the support clamps instead. Damping
-//! and camera have the effects of the table of omitted effects. Motions out of the plane are not tested.
+//! `StructureTerm::add_to` adds the term, where the structure can have it. Added compliances and masses are [`TRACE`]
+//! times the plausible size; all other numbers are in the scene already. A compliant support is a spring joint between
+//! the rod and a short stiff rod that the support clamps instead. Damping and camera have the effects of the table of
+//! omitted effects. Motions out of the plane are not tested.
 
 use crate::fit::measurement::experiment::Experiment;
 use crate::fit::uncertainty::discrepancy::omitted_effects::{
-    CLAMP_EXTENSION, DENSITY, LENGTH, MARKER_MASS, OmittedEffect, SECTION,
+    CLAMP_EXTENSION, DENSITY, LENGTH, MARKER_MASS, SECTION,
 };
+use crate::fit::uncertainty::discrepancy::own_effect::{EffectTerm, OwnEffect};
 use crate::problem::Problem;
 use crate::scene::per_axis::PerAxis;
 use crate::scene::structure::{
@@ -31,22 +32,8 @@ const STUB_EDGES: usize = 6;
 /// Young's modulus of the stub over that of its rod: its own compliance is a thousandth of the plausible one.
 const STUB_STIFFENING: f64 = 2e3;
 
-/// An effect of a structure with its plausible size.
-pub(super) struct StructureEffect {
-    /// Path of its number.
-    pub path: &'static str,
-    /// Name, as text.
-    pub name: String,
-    /// Plausible size in the unit of the number.
-    pub size: f64,
-    /// Experiment that would distinguish the effect from the parameters.
-    test: &'static str,
-    /// The term that is added to the scene.
-    term: Term,
-}
-
 /// A term of a structure that an effect adds.
-enum Term {
+pub(super) enum StructureTerm {
     /// No term: the number is in the scene already.
     Present,
     /// A rotational spring instead of the rigid joint of this index.
@@ -92,16 +79,15 @@ impl RodOfStructure {
     }
 }
 
-impl StructureEffect {
+impl EffectTerm for StructureTerm {
     /// All effects of the structure of an experiment, with their plausible sizes; empty for a scene of one rod. The
-    /// path of a compliant support is that of the spring joint that [`added`](Self::added) appends to the joints of the
-    /// scene.
-    pub fn all(experiment: &Experiment) -> Vec<Self> {
+    /// path of a compliant support is that of the spring joint that `add_to` appends to the joints of the scene.
+    fn effects(experiment: &Experiment) -> Vec<OwnEffect<Self>> {
         let Some(scene) = &experiment.problem.scene().structure else { return Vec::new() };
         let mut all = Vec::new();
         let mut add = |path: String, name: String, size: f64, test, term| {
             let path = Parameter::at(&path).path();
-            all.push(Self { path, name, size, test, term });
+            all.push(OwnEffect { path, name, size, test, term });
         };
         let rod_of = |name: &str| scene.rods.iter().find(|rod| rod.name == name);
         for (i, joint) in scene.joints.iter().enumerate() {
@@ -113,7 +99,7 @@ impl StructureEffect {
             let Some(size) = compliance.reduce(f64::max) else { continue };
             let name = format!("compliant joint of {}", rods.join(", "));
             let test = "load one rod at rest and photograph the angles at the joint";
-            add(joint_rotation(i), name, size, test, Term::JointSpring(i));
+            add(joint_rotation(i), name, size, test, Self::JointSpring(i));
         }
         for (i, support) in scene.supports.iter().enumerate() {
             let Some(rod) = rod_of(&support.of.rod) else { continue };
@@ -125,7 +111,7 @@ impl StructureEffect {
                 let end = ["start", "end"][support.of.at.index()];
                 let name = format!("compliant support of {}, {end}", rod.name);
                 let test = "repeat at another free length";
-                let term = Term::SoftSupport(i, *direction);
+                let term = Self::SoftSupport(i, *direction);
                 add(joint_rotation(scene.joints.len()), name, size, test, term);
             }
         }
@@ -138,11 +124,11 @@ impl StructureEffect {
             if let (Some(point), Some(length)) = (marker, own.length) {
                 let name = format!("marker on {}", rod.name);
                 let (size, test) = (MARKER_MASS * own.line_mass * length, "weigh the marker");
-                add(format!("{place}.mass.0.mass"), name, size, test, Term::Marker(i, point));
+                add(format!("{place}.mass.0.mass"), name, size, test, Self::Marker(i, point));
             }
             if let Some(length) = own.length {
                 let (name, test) = (format!("other length of {}", rod.name), "measure the length");
-                add(format!("{place}.shape.length"), name, LENGTH * length, test, Term::Present);
+                add(format!("{place}.shape.length"), name, LENGTH * length, test, Self::Present);
             }
             let section = format!("{place}.section");
             let scene = experiment.problem.scene();
@@ -153,7 +139,7 @@ impl StructureEffect {
                 let path = format!("{section}.{key}");
                 if let Some(value) = Parameter::at(&path).of(scene) {
                     let name = format!("other {key} of {}", rod.name);
-                    add(path, name, SECTION * value, test, Term::Present);
+                    add(path, name, SECTION * value, test, Self::Present);
                 }
             }
             // Rods of one named material share its density: that is one effect.
@@ -168,7 +154,7 @@ impl StructureEffect {
                 }
             };
             if let Some(value) = Parameter::at(&density).of(scene) {
-                add(density, name, DENSITY * value, "weigh the rod", Term::Present);
+                add(density, name, DENSITY * value, "weigh the rod", Self::Present);
             }
         }
         all
@@ -176,65 +162,64 @@ impl StructureEffect {
 
     /// The effect with the path of its number in `problem`, to which other effects may have been added. Only the path
     /// of a compliant support changes: its joint is appended after all joints of the problem.
-    pub fn beside_others_of(self, problem: &Problem) -> Self {
+    fn beside_others_of(effect: OwnEffect<Self>, problem: &Problem) -> OwnEffect<Self> {
         let structure = problem.scene().structure.as_ref();
-        match (&self.term, structure) {
-            (Term::SoftSupport(..), Some(scene)) => {
+        match (&effect.term, structure) {
+            (Self::SoftSupport(..), Some(scene)) => {
                 let path = Parameter::at(&joint_rotation(scene.joints.len())).path();
-                Self { path, ..self }
+                OwnEffect { path, ..effect }
             }
-            _ => self,
+            _ => effect,
         }
     }
 
-    /// The number of the effect, as a parameter of a scene.
-    pub fn parameter(&self) -> Parameter {
-        Parameter::at(self.path)
+    /// Adds the term to the structure of an experiment; nothing if the number is in the scene already. False, without a
+    /// change, for one rod, where the structure cannot have the term, or where the model has no derivative by the
+    /// number.
+    fn add_to(effect: &OwnEffect<Self>, experiment: &mut Experiment) -> bool {
+        let Some(problem) = added(effect, &experiment.problem) else { return false };
+        experiment.problem = problem;
+        true
     }
+}
 
-    /// The effect in the form of the table of omitted effects: number and distinguishing experiment, without an added
-    /// term.
-    pub fn omitted(&self) -> OmittedEffect {
-        OmittedEffect::of_number(self.path, self.test)
-    }
-
-    /// A copy of the problem with the term of the effect added; an unchanged one if the number is in the scene already.
-    /// None for a problem of one rod, where the structure cannot have the term, or where the model has no derivative by
-    /// the number.
-    pub fn added(&self, problem: &Problem) -> Option<Problem> {
-        let mut scene = problem.scene().clone();
-        let structure = scene.structure.as_mut()?;
-        let mut stub_edges = None;
-        match self.term {
-            Term::SoftSupport(support, direction) => {
-                let edges: usize = structure.rods.iter().map(|rod| rod.segments).sum();
-                stub_edges = Some((STUB_EDGES, edges));
-                soften_support(structure, support, direction, TRACE * self.size)?;
-            }
-            Term::Present => {}
-            Term::Marker(rod, node) => {
-                structure.rods[rod].mass.push(PointMass::new(node, TRACE * self.size));
-            }
-            Term::JointSpring(joint) => {
-                let mut connects = structure.joints[joint].connects().to_vec();
-                // A spring turns the further entries against the first, which a body must be.
-                connects.sort_by_key(|end| end.body.is_none());
-                let rotation = PerAxis::One(TRACE * self.size);
-                let rest = PerAxis::One(0.0);
-                structure.joints[joint] =
-                    StructureJoint::Spring { connects, rotation, rest, damping: 0.0 };
-            }
+/// A copy of the problem with the term of the effect added; an unchanged one if the number is in the scene already.
+/// None for a problem of one rod, where the structure cannot have the term, or where the model has no derivative by
+/// the number.
+fn added(effect: &OwnEffect<StructureTerm>, problem: &Problem) -> Option<Problem> {
+    let trace = TRACE * effect.size;
+    let mut scene = problem.scene().clone();
+    let structure = scene.structure.as_mut()?;
+    let mut stub_edges = None;
+    match effect.term {
+        StructureTerm::SoftSupport(support, direction) => {
+            let edges: usize = structure.rods.iter().map(|rod| rod.segments).sum();
+            stub_edges = Some((STUB_EDGES, edges));
+            soften_support(structure, support, direction, trace)?;
         }
-        if let Some((stub, edges)) = stub_edges {
-            // The representative rod has the edges of the stub too, in the same proportion on another mesh.
-            let grown = |count: usize| (count as f64 * (1.0 + stub as f64 / edges as f64)).round();
-            scene.rod.segments = scene.rod.segments.map(|count| count + stub);
-            scene.remeshed = scene.remeshed.map(|count| grown(count) as usize);
+        StructureTerm::Present => {}
+        StructureTerm::Marker(rod, node) => {
+            structure.rods[rod].mass.push(PointMass::new(node, trace));
         }
-        let added = problem.with_scene(scene).ok()?;
-        added.check_parameter(self.parameter()).ok()?;
-        Some(added)
+        StructureTerm::JointSpring(joint) => {
+            let mut connects = structure.joints[joint].connects().to_vec();
+            // A spring turns the further entries against the first, which a body must be.
+            connects.sort_by_key(|end| end.body.is_none());
+            let rotation = PerAxis::One(trace);
+            let rest = PerAxis::One(0.0);
+            structure.joints[joint] =
+                StructureJoint::Spring { connects, rotation, rest, damping: 0.0 };
+        }
     }
+    if let Some((stub, edges)) = stub_edges {
+        // The representative rod has the edges of the stub too, in the same proportion on another mesh.
+        let grown = |count: usize| (count as f64 * (1.0 + stub as f64 / edges as f64)).round();
+        scene.rod.segments = scene.rod.segments.map(|count| count + stub);
+        scene.remeshed = scene.remeshed.map(|count| grown(count) as usize);
+    }
+    let added = problem.with_scene(scene).ok()?;
+    added.check_parameter(Parameter::at(effect.path)).ok()?;
+    Some(added)
 }
 
 /// Path of the rotational compliance of the joint with the index `joint`.

@@ -15,10 +15,11 @@ use crate::fit::measurement::experiment::Experiment;
 use crate::fit::search::fitted::Fitted;
 use crate::fit::uncertainty::analysis::Analysis;
 use crate::fit::uncertainty::budget::input_changes::InputChange;
-use crate::fit::uncertainty::discrepancy::load_cell_effects::LoadCellEffect;
+use crate::fit::uncertainty::discrepancy::load_cell_effects::LoadCell;
 use crate::fit::uncertainty::discrepancy::omitted_effects::{OMITTED_EFFECTS, OmittedEffect};
+use crate::fit::uncertainty::discrepancy::own_effect::{EffectTerm, OwnEffect};
 use crate::fit::uncertainty::discrepancy::rod_sizes::RodSizes;
-use crate::fit::uncertainty::discrepancy::structure_effects::StructureEffect;
+use crate::fit::uncertainty::discrepancy::structure_effects::StructureTerm;
 use crate::fit::unknown::Unknown;
 use crate::scene::Parameter;
 
@@ -100,77 +101,43 @@ impl ExtendedExperiments {
             let name = detailed.unwrap_or_else(|| effect.name.into());
             effects.push(TestedEffect { effect: *effect, name, plausible_size: size, change });
         }
-        effects.extend(effects_of_structures(&mut experiments, &stated)?);
-        effects.extend(effects_of_load_cells(&mut experiments, &stated));
+        effects.extend(own_effects::<StructureTerm>(&mut experiments, &stated));
+        effects.extend(own_effects::<LoadCell>(&mut experiments, &stated));
         Ok(Self { experiments, effects })
     }
 }
 
-/// Adds the effects of structures to the `experiments`, in place, each to those whose structure can have it. Returns
-/// these effects with their changes by the plausible size of the first experiment that has them; effects of several
+/// Adds the effects with terms `T` to the `experiments`, in place, each to those that can have it. Returns these
+/// effects with their changes by the plausible size of the first experiment that has them; effects of several
 /// experiments with one path and one name are one. Effects of `stated` parameters (identified or known inputs) are left
-/// out. Always `Ok`.
-fn effects_of_structures(
+/// out.
+fn own_effects<T: EffectTerm>(
     experiments: &mut [Experiment],
     stated: &[Parameter],
-) -> Result<Vec<TestedEffect>, Error> {
-    let mut found: Vec<(StructureEffect, Vec<String>)> = Vec::new();
+) -> Vec<TestedEffect> {
+    let mut found: Vec<(OwnEffect<T>, Vec<String>)> = Vec::new();
     for experiment in experiments.iter_mut() {
-        for effect in StructureEffect::all(experiment) {
-            let effect = effect.beside_others_of(&experiment.problem);
-            if stated.contains(&effect.parameter()) {
+        for effect in T::effects(experiment) {
+            let effect = T::beside_others_of(effect, &experiment.problem);
+            // Effects are added to one scene, one after the other: a single run has the derivatives by all of them.
+            if stated.contains(&Parameter::at(effect.path)) || !T::add_to(&effect, experiment) {
                 continue;
             }
-            // Effects are added to one scene, one after the other: a single run has the derivatives by all of them.
-            let Some(problem) = effect.added(&experiment.problem) else { continue };
-            experiment.problem = problem;
             let name = experiment.name.clone();
             // The path of an added joint is its index, which is another joint in another structure.
-            let is_same =
-                |own: &StructureEffect| own.path == effect.path && own.name == effect.name;
+            let is_same = |own: &OwnEffect<T>| own.path == effect.path && own.name == effect.name;
             match found.iter_mut().find(|(own, _)| is_same(own)) {
                 Some((_, experiments)) => experiments.push(name),
                 None => found.push((effect, vec![name])),
             }
         }
     }
-    let tested = |(effect, own): (StructureEffect, Vec<String>)| {
-        let StructureEffect { path, name, size, .. } = &effect;
-        let number = Unknown { experiments: own, ..Unknown::new(effect.parameter()) };
-        let change = InputChange::with_size(experiments, path, &number, *size);
-        TestedEffect { effect: effect.omitted(), name: name.clone(), plausible_size: *size, change }
-    };
-    Ok(found.into_iter().map(tested).collect())
-}
-
-/// Adds the effects of load cells to the `experiments`, in place. Returns them with their changes by the plausible size
-/// of the first experiment that has them; effects of several experiments with one path are one. Effects of `stated`
-/// parameters (identified or known inputs) are left out.
-fn effects_of_load_cells(
-    experiments: &mut [Experiment],
-    stated: &[Parameter],
-) -> Vec<TestedEffect> {
-    let mut found: Vec<(LoadCellEffect, Vec<String>)> = Vec::new();
-    for experiment in experiments.iter_mut() {
-        for effect in LoadCellEffect::all(experiment) {
-            if stated.contains(&effect.parameter()) || !effect.added_to(experiment) {
-                continue;
-            }
-            match found.iter_mut().find(|(own, _)| own.path == effect.path) {
-                Some((_, experiments)) => experiments.push(experiment.name.clone()),
-                None => found.push((effect, vec![experiment.name.clone()])),
-            }
-        }
-    }
-    let tested = |(effect, own): (LoadCellEffect, Vec<String>)| {
-        let number = Unknown { experiments: own, ..Unknown::new(effect.parameter()) };
-        let change = InputChange::with_size(experiments, effect.path, &number, effect.size);
-        TestedEffect {
-            effect: effect.omitted(),
-            plausible_size: effect.size,
-            name: effect.name,
-            change,
-        }
+    let tested = |(effect, own): (OwnEffect<T>, Vec<String>)| {
+        let OwnEffect { path, name, size, test, .. } = effect;
+        let number = Unknown { experiments: own, ..Unknown::new(Parameter::at(path)) };
+        let change = InputChange::with_size(experiments, path, &number, size);
+        let effect = OmittedEffect::of_number(path, test);
+        TestedEffect { effect, name, plausible_size: size, change }
     };
     found.into_iter().map(tested).collect()
 }
@@ -210,7 +177,7 @@ mod tests {
     #[test]
     fn supports_of_different_rods_are_different_effects() {
         let mut experiments = [welded("one", "mast", "start"), welded("other", "arm", "end")];
-        let found = effects_of_structures(&mut experiments, &[]).unwrap();
+        let found = own_effects::<StructureTerm>(&mut experiments, &[]);
         let names = |path: &str| -> Vec<&str> {
             let own = found.iter().filter(|tested| tested.effect.path == path);
             own.map(|tested| &tested.name[..]).collect()
