@@ -23,16 +23,8 @@ pub fn dragged_strip() -> Scene {
     };
     scene.supports.motion =
         vec![motion([0.0, -0.04, 0.0], None), motion([0.03, 0.0, 0.0], Some(2.0))];
-    scene.contacts = vec![Contact::Plane {
-        point: [0.0, -0.245, 0.0],
-        normal: [0.0, 1.0, 0.0],
-        stiffness: Some(1e7),
-        contact_radius: None,
-        damping: None,
-        friction: Some(FRICTION),
-        slip_velocity: Some(0.01),
-        motion: Vec::new(),
-    }];
+    let floor = Contact::plane([0.0, -0.245, 0.0], [0.0, 1.0, 0.0]).stiffness(1e7);
+    scene.contacts = vec![floor.friction(FRICTION).slip_velocity(0.01)];
     scene.initial.state = InitialState::Equilibrium;
     let scheme = Scheme::GeneralisedAlpha;
     scene.time = Some(Time { scheme, ..Time::new(0.5, 5e-3) });

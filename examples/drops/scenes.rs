@@ -85,16 +85,9 @@ pub fn scene(seed: u64) -> Result<Scene, Error> {
     let (damping, friction) = losses(random);
     let velocity = [random.random_range(-0.5..0.5), 0.0, 0.0];
     let belt = vec![ObstacleMotion { velocity, ..ObstacleMotion::default() }];
-    scene.contacts.push(Contact::Plane {
-        point: [0.0, lowest - radius - drop, 0.0],
-        normal: [0.0, 1.0, 0.0],
-        stiffness: None,
-        contact_radius: None,
-        damping,
-        friction,
-        slip_velocity: None,
-        motion: if seed.is_multiple_of(3) { belt } else { Vec::new() },
-    });
+    let floor = Contact::plane([0.0, lowest - radius - drop, 0.0], [0.0, 1.0, 0.0]);
+    let motion = if seed.is_multiple_of(3) { belt } else { Vec::new() };
+    scene.contacts.push(floor.damping(damping).friction(friction).motion(motion));
     for _ in 0..random.random_range(0..4) {
         let size = log(random, 2.0 * radius, 8.0 * radius);
         let place = |random: &mut ChaCha8Rng, low: f64, high: f64| {
@@ -111,41 +104,13 @@ pub fn scene(seed: u64) -> Result<Scene, Error> {
         };
         let motion = if random.random_range(0..3) == 0 { vec![oscillation] } else { Vec::new() };
         let axis = if planar { [0.0, 0.0, 1.0] } else { [0.5, 0.0, 1.0] };
-        let (stiffness, contact_radius, slip_velocity) = (None, None, None);
-        scene.contacts.push(match random.random_range(0..3) {
-            0 => Contact::Sphere {
-                center,
-                radius: size,
-                stiffness,
-                contact_radius,
-                damping,
-                friction,
-                slip_velocity,
-                motion,
-            },
-            1 => Contact::Cylinder {
-                point: center,
-                axis,
-                radius: size,
-                stiffness,
-                contact_radius,
-                damping,
-                friction,
-                slip_velocity,
-                motion,
-            },
-            _ => Contact::Capsule {
-                from: [0, 1, 2].map(|c| center[c] - 2.0 * size * axis[c]),
-                to: [0, 1, 2].map(|c| center[c] + 2.0 * size * axis[c]),
-                radius: size,
-                stiffness,
-                contact_radius,
-                damping,
-                friction,
-                slip_velocity,
-                motion,
-            },
-        });
+        let ends = [-2.0, 2.0].map(|s| [0, 1, 2].map(|c| center[c] + s * size * axis[c]));
+        let obstacle = match random.random_range(0..3) {
+            0 => Contact::sphere(center, size),
+            1 => Contact::cylinder(center, axis, size),
+            _ => Contact::capsule(ends, size),
+        };
+        scene.contacts.push(obstacle.damping(damping).friction(friction).motion(motion));
     }
     scene.validate()?;
     Ok(scene)

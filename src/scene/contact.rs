@@ -170,16 +170,16 @@ impl<D: Copy> Obstacle<D> {
     }
 }
 
-/// The keys that all kinds of obstacles have.
-struct ContactSurface<'a, D> {
-    /// Stiffness that the scene gives, N/m^3.
-    stiffness: Option<D>,
-    /// Radius of the rod in the contact that the scene gives, m.
-    contact_radius: Option<D>,
-    /// Damping, s/m, friction coefficient, and slip velocity, m/s, that the scene gives.
-    losses: [Option<D>; 3],
-    /// Prescribed motions.
-    motion: &'a [ObstacleMotion<D>],
+/// The value of a key that all kinds of contacts have, by reference.
+macro_rules! of_any_kind {
+    ($contact:expr, $key:ident) => {
+        match $contact {
+            Contact::Plane { $key, .. }
+            | Contact::Sphere { $key, .. }
+            | Contact::Cylinder { $key, .. }
+            | Contact::Capsule { $key, .. } => $key,
+        }
+    };
 }
 
 impl<D: Scalar> Contact<D> {
@@ -206,66 +206,20 @@ impl<D: Scalar> Contact<D> {
         Obstacle { kind, radius, point, axis, length }
     }
 
-    /// The keys that all kinds of obstacles have.
-    fn surface(&self) -> ContactSurface<'_, D> {
-        match self {
-            Self::Plane {
-                stiffness,
-                contact_radius,
-                damping,
-                friction,
-                slip_velocity,
-                motion,
-                ..
-            }
-            | Self::Sphere {
-                stiffness,
-                contact_radius,
-                damping,
-                friction,
-                slip_velocity,
-                motion,
-                ..
-            }
-            | Self::Cylinder {
-                stiffness,
-                contact_radius,
-                damping,
-                friction,
-                slip_velocity,
-                motion,
-                ..
-            }
-            | Self::Capsule {
-                stiffness,
-                contact_radius,
-                damping,
-                friction,
-                slip_velocity,
-                motion,
-                ..
-            } => {
-                let (stiffness, contact_radius) = (*stiffness, *contact_radius);
-                let losses = [*damping, *friction, *slip_velocity];
-                ContactSurface { stiffness, contact_radius, losses, motion }
-            }
-        }
-    }
-
     /// Prescribed motions of the obstacle; empty for a fixed one.
     pub(crate) fn motions(&self) -> &[ObstacleMotion<D>] {
-        self.surface().motion
+        of_any_kind!(self, motion)
     }
 
     /// Stiffness of the contact that the scene gives, N/m^3; `None` without one.
     pub(crate) fn given_stiffness(&self) -> Option<D> {
-        self.surface().stiffness
+        *of_any_kind!(self, stiffness)
     }
 
     /// The numbers of the forces that depend on the velocity, with their defaults; `None` if the scene gives neither
     /// damping nor friction.
     pub(crate) fn loss(&self) -> Option<ContactLoss<D>> {
-        let [damping, friction, slip_velocity] = self.surface().losses;
+        let [damping, friction, slip_velocity] = self.given_losses();
         let number = |x: Option<D>, default: f64| x.unwrap_or(D::from(default));
         (damping.is_some() || friction.is_some()).then(|| ContactLoss {
             damping: number(damping, 0.0),
@@ -274,10 +228,10 @@ impl<D: Scalar> Contact<D> {
         })
     }
 
-    /// Keys of the numbers of forces that depend on the velocity, with whether the scene gives them.
-    pub(super) fn given_losses(&self) -> [(&'static str, bool); 3] {
-        let [damping, friction, slip_velocity] = self.surface().losses.map(|own| own.is_some());
-        [("damping", damping), ("friction", friction), ("slip_velocity", slip_velocity)]
+    /// Damping, s/m, friction coefficient and slip velocity, m/s, as the scene gives them.
+    pub(super) fn given_losses(&self) -> [Option<D>; 3] {
+        let (damping, friction) = (of_any_kind!(self, damping), of_any_kind!(self, friction));
+        [*damping, *friction, *of_any_kind!(self, slip_velocity)]
     }
 
     /// Whether the contact has damping above zero.
@@ -293,22 +247,96 @@ impl<D: Scalar> Contact<D> {
     /// Radius, m, of a rod of this section in the contact: that of the contact, or the outer one of the section. `None`
     /// for a section without a radius where the contact gives none.
     pub(crate) fn rod_radius(&self, section: &Section<D>) -> Option<D> {
-        self.surface().contact_radius.or(match section {
+        of_any_kind!(self, contact_radius).or(match section {
             Section::Circle { radius } | Section::Tube { radius, .. } => Some(*radius),
             Section::Rectangle { .. } | Section::Custom { .. } => None,
         })
     }
 }
 
+/// A contact of this kind with these keys, without any of the keys that all kinds have.
+macro_rules! contact {
+    ($kind:ident { $($own:ident),* }) => {
+        Self::$kind {
+            $($own,)*
+            stiffness: None,
+            contact_radius: None,
+            damping: None,
+            friction: None,
+            slip_velocity: None,
+            motion: Vec::new(),
+        }
+    };
+}
+
+/// Contacts in code. They have the default stiffness and the radius of the rod's section, and neither losses nor motions
+/// unless these are set.
+///
+/// ```
+/// use rodfit::scene::Contact;
+/// let floor = Contact::plane([0.0, -0.01, 0.0], [0.0, 1.0, 0.0]).friction(0.3);
+/// assert!(matches!(floor, Contact::Plane { friction: Some(0.3), stiffness: None, .. }));
+/// ```
 impl Contact {
+    /// The half-space behind the plane through a `point`, m, with this `normal` towards the rod.
+    pub fn plane(point: [f64; 3], normal: [f64; 3]) -> Self {
+        contact!(Plane { point, normal })
+    }
+
+    /// A sphere with this center and radius, m.
+    pub fn sphere(center: [f64; 3], radius: f64) -> Self {
+        contact!(Sphere { center, radius })
+    }
+
+    /// An endless cylinder with this radius, m, whose axis goes through a `point`, m, in this direction.
+    pub fn cylinder(point: [f64; 3], axis: [f64; 3], radius: f64) -> Self {
+        contact!(Cylinder { point, axis, radius })
+    }
+
+    /// A cylinder of this radius, m, between two points, m, with a half sphere at either end.
+    pub fn capsule([from, to]: [[f64; 3]; 2], radius: f64) -> Self {
+        contact!(Capsule { from, to, radius })
+    }
+
+    /// The contact with this force per length over the square of the overlap, N/m^3; `None` for the default.
+    pub fn stiffness(mut self, stiffness: impl Into<Option<f64>>) -> Self {
+        *of_any_kind!(&mut self, stiffness) = stiffness.into();
+        self
+    }
+
+    /// The contact with this radius of the rod, m.
+    pub fn contact_radius(mut self, radius: f64) -> Self {
+        *of_any_kind!(&mut self, contact_radius) = Some(radius);
+        self
+    }
+
+    /// The contact with this damping, s/m; `None` for none.
+    pub fn damping(mut self, damping: impl Into<Option<f64>>) -> Self {
+        *of_any_kind!(&mut self, damping) = damping.into();
+        self
+    }
+
+    /// The contact with this friction coefficient; `None` for none.
+    pub fn friction(mut self, friction: impl Into<Option<f64>>) -> Self {
+        *of_any_kind!(&mut self, friction) = friction.into();
+        self
+    }
+
+    /// The contact with this slip velocity, m/s.
+    pub fn slip_velocity(mut self, speed: f64) -> Self {
+        *of_any_kind!(&mut self, slip_velocity) = Some(speed);
+        self
+    }
+
+    /// The contact with these prescribed motions of its obstacle.
+    pub fn motion(mut self, motion: Vec<ObstacleMotion>) -> Self {
+        *self.motions_mut() = motion;
+        self
+    }
+
     /// Prescribed motions of the obstacle, to be changed.
     pub(super) fn motions_mut(&mut self) -> &mut Vec<ObstacleMotion> {
-        match self {
-            Self::Plane { motion, .. }
-            | Self::Sphere { motion, .. }
-            | Self::Cylinder { motion, .. }
-            | Self::Capsule { motion, .. } => motion,
-        }
+        of_any_kind!(self, motion)
     }
 }
 

@@ -128,59 +128,24 @@ fn catalog_actuation() -> Vec<Actuation> {
 /// Contacts with every number that a contact may have.
 fn catalog_contacts() -> Vec<Contact> {
     let (point, length, own) = ([1.0; 3], 1.0, Some(1.0));
-    let motion = || {
-        vec![ObstacleMotion {
-            velocity: point,
-            displacement: point,
-            ramp: own,
-            frequency: own,
-            ..ObstacleMotion::default()
-        }]
+    let motion = ObstacleMotion {
+        velocity: point,
+        displacement: point,
+        ramp: own,
+        frequency: own,
+        ..ObstacleMotion::default()
     };
-    vec![
-        Contact::Plane {
-            point,
-            normal: point,
-            stiffness: own,
-            contact_radius: own,
-            damping: own,
-            friction: own,
-            slip_velocity: own,
-            motion: motion(),
-        },
-        Contact::Sphere {
-            center: point,
-            radius: length,
-            stiffness: own,
-            contact_radius: own,
-            damping: own,
-            friction: own,
-            slip_velocity: own,
-            motion: motion(),
-        },
-        Contact::Cylinder {
-            point,
-            axis: point,
-            radius: length,
-            stiffness: own,
-            contact_radius: own,
-            damping: own,
-            friction: own,
-            slip_velocity: own,
-            motion: motion(),
-        },
-        Contact::Capsule {
-            from: point,
-            to: point,
-            radius: length,
-            stiffness: own,
-            contact_radius: own,
-            damping: own,
-            friction: own,
-            slip_velocity: own,
-            motion: motion(),
-        },
-    ]
+    let contacts = [
+        Contact::plane(point, point),
+        Contact::sphere(point, length),
+        Contact::cylinder(point, point, length),
+        Contact::capsule([point; 2], length),
+    ];
+    let whole = |contact: Contact| {
+        let contact = contact.stiffness(1.0).contact_radius(1.0).damping(1.0);
+        contact.friction(1.0).slip_velocity(1.0).motion(vec![motion.clone()])
+    };
+    contacts.map(whole).into()
 }
 
 /// A signal with every number that a signal may have.

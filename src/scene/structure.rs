@@ -503,8 +503,9 @@ impl StructureScene {
         }
         for (i, contact) in self.contacts.iter().enumerate() {
             let allowed = "no such key: contacts of a structure have neither damping nor friction";
-            for (name, is_there) in contact.given_losses() {
-                ensure(!is_there, format!("contacts[{i}].{name}"), "a number", allowed)?;
+            let names = ["damping", "friction", "slip_velocity"];
+            for (name, given) in names.into_iter().zip(contact.given_losses()) {
+                ensure(given.is_none(), format!("contacts[{i}].{name}"), "a number", allowed)?;
             }
             for (k, motion) in contact.motions().iter().enumerate() {
                 let key = format!("contacts[{i}].motion[{k}].file");

@@ -174,17 +174,8 @@ mod tests {
         scene.material.youngs_modulus = 205e6;
         scene.loads.point =
             vec![PointForce { force: [0.0, -0.01, 0.0], ..force_at(Point::Tip).remove(0) }];
-        scene.contacts = vec![Contact::Cylinder {
-            point: [0.5 * LENGTH, -0.015, 0.0],
-            axis: [0.0, 0.0, 1.0],
-            radius: 0.01,
-            stiffness: Some(1e12),
-            contact_radius: Some(0.005),
-            damping: None,
-            friction: None,
-            slip_velocity: None,
-            motion: Vec::new(),
-        }];
+        let peg = Contact::cylinder([0.5 * LENGTH, -0.015, 0.0], [0.0, 0.0, 1.0], 0.01);
+        scene.contacts = vec![peg.stiffness(1e12).contact_radius(0.005)];
         let problem = scene.problem().unwrap();
         let shifts = problem.shear_deflections().unwrap();
         let places = problem.arc_lengths();

@@ -24,53 +24,16 @@ fn scene(planar: bool, scheme: Scheme) -> Scene {
     scene.loads.gravity = [0.0, -9.8, 0.5 * z];
     scene.loads.damping.stiffness = 1e-3;
     scene.initial.velocity = [0.0, -1.0, 0.1 * z];
-    let stiffness = Some(3e8);
+    let stiffness = 3e8;
+    let round = match planar {
+        true => Contact::cylinder([0.2, -0.0265, 0.03], [0.0, 0.0, 2.0], 0.02),
+        // The rod lies beside its cylinder and its first end.
+        false => Contact::capsule([[0.17, -0.0265, -0.01], [0.27, -0.028, 0.05]], 0.02),
+    };
     scene.contacts = vec![
-        Contact::Plane {
-            point: [0.1, -0.0075, 0.0],
-            normal: [0.02, 1.3, 0.1 * z],
-            stiffness: None,
-            contact_radius: None,
-            damping: None,
-            friction: None,
-            slip_velocity: None,
-            motion: Vec::new(),
-        },
-        Contact::Sphere {
-            center: [0.34, -0.036, 0.01 * z],
-            radius: 0.03,
-            stiffness,
-            contact_radius: Some(0.0045),
-            damping: None,
-            friction: None,
-            slip_velocity: None,
-            motion: Vec::new(),
-        },
-        match planar {
-            true => Contact::Cylinder {
-                point: [0.2, -0.0265, 0.03],
-                axis: [0.0, 0.0, 2.0],
-                radius: 0.02,
-                stiffness,
-                contact_radius: None,
-                damping: None,
-                friction: None,
-                slip_velocity: None,
-                motion: Vec::new(),
-            },
-            // The rod lies beside its cylinder and its first end.
-            false => Contact::Capsule {
-                from: [0.17, -0.0265, -0.01],
-                to: [0.27, -0.028, 0.05],
-                radius: 0.02,
-                stiffness,
-                contact_radius: None,
-                damping: None,
-                friction: None,
-                slip_velocity: None,
-                motion: Vec::new(),
-            },
-        },
+        Contact::plane([0.1, -0.0075, 0.0], [0.02, 1.3, 0.1 * z]),
+        Contact::sphere([0.34, -0.036, 0.01 * z], 0.03).stiffness(stiffness).contact_radius(0.0045),
+        round.stiffness(stiffness),
     ];
     scene.time = Some(Time { scheme, beta: 0.6, rho_inf: 0.4, ..Time::new(6e-3, STEP) });
     scene
@@ -78,18 +41,11 @@ fn scene(planar: bool, scheme: Scheme) -> Scene {
 
 /// Adds damping and friction to all contacts.
 fn with_losses(mut scene: Scene) -> Scene {
-    for (i, contact) in scene.contacts.iter_mut().enumerate() {
+    let with_losses = |(i, contact): (usize, Contact)| {
         let number = 1.0 + 0.2 * i as f64;
-        match contact {
-            Contact::Plane { damping, friction, slip_velocity, .. }
-            | Contact::Sphere { damping, friction, slip_velocity, .. }
-            | Contact::Cylinder { damping, friction, slip_velocity, .. }
-            | Contact::Capsule { damping, friction, slip_velocity, .. } => {
-                (*damping, *friction) = (Some(0.4 * number), Some(0.3 * number));
-                *slip_velocity = Some(0.05 * number);
-            }
-        }
-    }
+        contact.damping(0.4 * number).friction(0.3 * number).slip_velocity(0.05 * number)
+    };
+    scene.contacts = scene.contacts.into_iter().enumerate().map(with_losses).collect();
     scene
 }
 

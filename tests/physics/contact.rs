@@ -36,17 +36,7 @@ fn weight_per_length() -> f64 {
 
 /// A floor at this height.
 fn floor(height: f64, stiffness: Option<f64>) -> Contact {
-    let (point, normal) = ([0.0, height, 0.0], [0.0, 1.0, 0.0]);
-    Contact::Plane {
-        point,
-        normal,
-        stiffness,
-        contact_radius: None,
-        damping: None,
-        friction: None,
-        slip_velocity: None,
-        motion: Vec::new(),
-    }
+    Contact::plane([0.0, height, 0.0], [0.0, 1.0, 0.0]).stiffness(stiffness)
 }
 
 /// A heavy rod on a floor, whose end is lifted by the force F. The lifted length is a = 2 F/q, and the height of the end
@@ -89,43 +79,13 @@ fn rod_at_rest_overlaps_a_floor_by_less_than_the_default_allows() {
 
 /// Round obstacles below the rod around `center`, across the plane.
 fn round_obstacles(center: [f64; 3], radius: f64) -> [Contact; 3] {
-    let (stiffness, contact_radius) = (Some(1e12), None);
     let ends = [-0.02, 0.02].map(|z| [center[0], center[1], z]);
-    let axis = [0.0, 0.0, 1.0];
-    [
-        Contact::Sphere {
-            center,
-            radius,
-            stiffness,
-            contact_radius,
-            damping: None,
-            friction: None,
-            slip_velocity: None,
-            motion: Vec::new(),
-        },
-        Contact::Cylinder {
-            point: center,
-            axis,
-            radius,
-            stiffness,
-            contact_radius,
-            damping: None,
-            friction: None,
-            slip_velocity: None,
-            motion: Vec::new(),
-        },
-        Contact::Capsule {
-            from: ends[0],
-            to: ends[1],
-            radius,
-            stiffness,
-            contact_radius,
-            damping: None,
-            friction: None,
-            slip_velocity: None,
-            motion: Vec::new(),
-        },
-    ]
+    let obstacles = [
+        Contact::sphere(center, radius),
+        Contact::cylinder(center, [0.0, 0.0, 1.0], radius),
+        Contact::capsule(ends, radius),
+    ];
+    obstacles.map(|obstacle| obstacle.stiffness(1e12))
 }
 
 /// A rod whose clamp is lowered, so that an obstacle at the distance `at` bends it by `depth`.
@@ -224,21 +184,9 @@ fn rod_that_falls_on_a_floor_gains_no_energy() {
 fn thrown(scheme: Scheme, step: f64) -> [f64; 3] {
     let mut scene = straight(8);
     scene.initial.velocity = [0.0, -0.5, 0.0];
-    let (stiffness, contact_radius) = (Some(1e7), None);
     let center = [0.3, -RADIUS - 0.0005 - 0.01, 0.0];
-    scene.contacts = vec![
-        floor(-RADIUS - 0.0005, stiffness),
-        Contact::Sphere {
-            center,
-            radius: 0.01,
-            stiffness,
-            contact_radius,
-            damping: None,
-            friction: None,
-            slip_velocity: None,
-            motion: Vec::new(),
-        },
-    ];
+    scene.contacts =
+        vec![floor(-RADIUS - 0.0005, Some(1e7)), Contact::sphere(center, 0.01).stiffness(1e7)];
     let end = 0.02;
     scene.time = Some(Time { scheme, rho_inf: 0.5, ..Time::new(end, step) });
     let trajectory = scene.problem().unwrap().simulate().unwrap();
@@ -288,35 +236,13 @@ fn unsuitable_contacts_are_rejected() {
         (|scene| scene.contacts = vec![floor(-0.5 * RADIUS, None)], "contacts[0]"),
         (
             |scene| {
-                let (point, normal) = ([0.0; 3], [0.0; 3]);
-                scene.contacts = vec![Contact::Plane {
-                    point,
-                    normal,
-                    stiffness: None,
-                    contact_radius: None,
-                    damping: None,
-                    friction: None,
-                    slip_velocity: None,
-                    motion: Vec::new(),
-                }];
+                scene.contacts = vec![Contact::plane([0.0; 3], [0.0; 3])];
             },
             "contacts[0].normal",
         ),
         (
             |scene| {
-                let (from, to, radius) = ([0.0, -1.0, 0.0], [0.0, -1.0, 0.0], 0.1);
-                let (stiffness, contact_radius) = (None, None);
-                scene.contacts = vec![Contact::Capsule {
-                    from,
-                    to,
-                    radius,
-                    stiffness,
-                    contact_radius,
-                    damping: None,
-                    friction: None,
-                    slip_velocity: None,
-                    motion: Vec::new(),
-                }];
+                scene.contacts = vec![Contact::capsule([[0.0, -1.0, 0.0]; 2], 0.1)];
             },
             "contacts[0].to",
         ),

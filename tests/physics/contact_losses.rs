@@ -21,16 +21,8 @@ fn lying(direction: [f64; 3], normal: [f64; 3], damping: f64, friction: f64) -> 
     material.poisson_ratio = Some(0.4);
     let mut scene = Scene::new(10, shape, Section::Circle { radius: RADIUS }, material);
     scene.supports.start = Support::Free;
-    scene.contacts = vec![Contact::Plane {
-        point: normal.map(|c| -RADIUS * c),
-        normal,
-        stiffness: Some(1e9),
-        contact_radius: None,
-        damping: Some(damping),
-        friction: Some(friction),
-        slip_velocity: None,
-        motion: Vec::new(),
-    }];
+    let plane = Contact::plane(normal.map(|c| -RADIUS * c), normal).stiffness(1e9);
+    scene.contacts = vec![plane.damping(damping).friction(friction)];
     scene
 }
 

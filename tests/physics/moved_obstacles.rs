@@ -23,16 +23,9 @@ fn at_speed(velocity: [f64; 3]) -> ObstacleMotion {
 
 /// A floor that a horizontal rod touches, with this motion.
 fn floor(damping: f64, friction: f64, motion: ObstacleMotion) -> Contact {
-    Contact::Plane {
-        point: [0.0, -RADIUS, 0.0],
-        normal: [0.0, 1.0, 0.0],
-        stiffness: Some(1e9),
-        contact_radius: None,
-        damping: Some(damping).filter(|damping| *damping > 0.0),
-        friction: Some(friction).filter(|friction| *friction > 0.0),
-        slip_velocity: None,
-        motion: vec![motion],
-    }
+    let [damping, friction] = [damping, friction].map(|own| Some(own).filter(|own| *own > 0.0));
+    let floor = Contact::plane([0.0, -RADIUS, 0.0], [0.0, 1.0, 0.0]).stiffness(1e9);
+    floor.damping(damping).friction(friction).motion(vec![motion])
 }
 
 /// A free rod along x with this modulus, under gravity, simulated by generalised-alpha until `end` in steps, s.
@@ -105,21 +98,11 @@ fn constant_velocity_of_a_whole_scene_does_not_change_the_relative_motion() {
             let z = if dimension == Dimension::Auto { 0.0 } else { 0.3 };
             let carried = [0.7, -0.4, z];
             let contacts = |motion: Vec<ObstacleMotion>| {
-                let mut plane = floor(5.0, 0.4, ObstacleMotion::default());
-                if let Contact::Plane { motion: own, point, .. } = &mut plane {
-                    (*own, point[1]) = (motion.clone(), -0.03);
-                }
-                let ball = Contact::Sphere {
-                    center: [0.15, -0.016, 0.0],
-                    radius: 0.01,
-                    stiffness: Some(1e9),
-                    contact_radius: None,
-                    damping: Some(1.0),
-                    friction: Some(0.2),
-                    slip_velocity: None,
-                    motion,
-                };
-                vec![plane, ball]
+                let plane = Contact::plane([0.0, -0.03, 0.0], [0.0, 1.0, 0.0]);
+                let plane = plane.damping(5.0).friction(0.4).motion(motion.clone());
+                let ball = Contact::sphere([0.15, -0.016, 0.0], 0.01);
+                let ball = ball.damping(1.0).friction(0.2).motion(motion);
+                vec![plane.stiffness(1e9), ball.stiffness(1e9)]
             };
             let mut still = rod(1e7, floor(0.0, 0.0, ObstacleMotion::default()), [0.1, 2e-4]);
             still.contacts = contacts(Vec::new());

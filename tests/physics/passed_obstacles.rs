@@ -21,17 +21,8 @@ fn straight(length: f64, radius: f64, segments: usize, modulus: f64) -> Scene {
 
 /// A cylinder across the plane about this point, with damping.
 fn peg([x, y]: [f64; 2], radius: f64, stiffness: Option<f64>, damping: f64) -> Contact {
-    Contact::Cylinder {
-        point: [x, y, 0.0],
-        axis: [0.0, 0.0, 1.0],
-        radius,
-        stiffness,
-        contact_radius: None,
-        damping: Some(damping),
-        friction: None,
-        slip_velocity: None,
-        motion: Vec::new(),
-    }
+    let peg = Contact::cylinder([x, y, 0.0], [0.0, 0.0, 1.0], radius);
+    peg.stiffness(stiffness).damping(damping)
 }
 
 /// A run of the scene to `end` with a step, s.
@@ -166,31 +157,10 @@ fn rod_that_falls_beside_an_obstacle_is_accepted() {
     scene.initial.velocity = [0.0, -10.0, 0.0];
     let (end, step) = (0.02, 2e-3);
     let alone = run(&scene, end, step, 0.5).unwrap();
-    let (radius, stiffness, contact_radius) = (0.01, Some(1e11), None);
-    let (damping, friction, slip_velocity) = (None, None, None);
     // 1 mm beside the surface of the rod.
     let near = [0.15, -0.05, 0.016];
-    let capsule = Contact::Capsule {
-        from: near,
-        to: [0.15, -0.05, 0.1],
-        radius,
-        stiffness,
-        contact_radius,
-        damping,
-        friction,
-        slip_velocity,
-        motion: Vec::new(),
-    };
-    let sphere = Contact::Sphere {
-        center: near,
-        radius,
-        stiffness,
-        contact_radius,
-        damping,
-        friction,
-        slip_velocity,
-        motion: Vec::new(),
-    };
+    let capsule = Contact::capsule([near, [0.15, -0.05, 0.1]], 0.01).stiffness(1e11);
+    let sphere = Contact::sphere(near, 0.01).stiffness(1e11);
     for contact in [capsule, sphere] {
         scene.contacts = vec![contact];
         let run = run(&scene, end, step, 0.5).unwrap();

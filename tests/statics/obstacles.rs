@@ -28,17 +28,8 @@ fn cantilever_above(peg: Peg, modulus: f64) -> Scene {
     let mut scene = Scene::new(40, shape, Section::Circle { radius: RADIUS }, material);
     scene.loads.gravity = [0.0, -9.81, 0.0];
     scene.loads.damping.mass = 10.0;
-    scene.contacts = vec![Contact::Cylinder {
-        point: [peg.place, -RADIUS - peg.gap - peg.radius, 0.0],
-        axis: [0.0, 0.0, 1.0],
-        radius: peg.radius,
-        stiffness: None,
-        contact_radius: None,
-        damping: Some(5.0),
-        friction: None,
-        slip_velocity: None,
-        motion: Vec::new(),
-    }];
+    let point = [peg.place, -RADIUS - peg.gap - peg.radius, 0.0];
+    scene.contacts = vec![Contact::cylinder(point, [0.0, 0.0, 1.0], peg.radius).damping(5.0)];
     let end = STEP * STEPS as f64;
     scene.time = Some(Time { scheme: Scheme::GeneralisedAlpha, ..Time::new(end, STEP) });
     scene
@@ -84,17 +75,8 @@ fn equilibrium_on_a_peg_is_the_same_in_space() {
     scene.rod.dimension = rodfit::scene::Dimension::Spatial;
     let center = [0.2, -RADIUS - 1e-4 - 0.01, 0.0];
     let cylinder = scene.contacts[0].clone();
-    let capsule = Contact::Capsule {
-        from: [center[0], center[1], -0.02],
-        to: [center[0], center[1], 0.02],
-        radius: 0.01,
-        stiffness: None,
-        contact_radius: None,
-        damping: None,
-        friction: None,
-        slip_velocity: None,
-        motion: Vec::new(),
-    };
+    let ends = [-0.02, 0.02].map(|z| [center[0], center[1], z]);
+    let capsule = Contact::capsule(ends, 0.01);
     for contact in [cylinder, capsule] {
         scene.contacts = vec![contact];
         let found = rest(&scene);
