@@ -140,8 +140,7 @@ pub fn scene(seed: u64, planar: bool) -> Scene {
         node: c.of(&[Point::Tip, Point::Node(3), Point::ArcLength(0.11)]),
         force,
         moment,
-        follower: false,
-        signal: None,
+        ..PointForce::default()
     }];
     if seed % 3 == 1 {
         let sine = Signal {

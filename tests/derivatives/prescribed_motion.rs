@@ -90,13 +90,8 @@ fn derivatives_with_driven_nodes_from_equilibrium_equal_differences() {
                 scene.supports.end = Support::Recorded;
                 scene.loads.damping.stiffness = 2e-2;
                 let force = [0.0, -0.2, if planar { 0.0 } else { 0.1 }];
-                let weight = PointForce {
-                    node: Point::ArcLength(0.34),
-                    force,
-                    moment: [0.0; 3],
-                    follower: false,
-                    signal: None,
-                };
+                let weight =
+                    PointForce { node: Point::ArcLength(0.34), force, ..PointForce::default() };
                 scene.initial = Initial { state, point: vec![weight], ..Initial::default() };
                 println!("{scheme:?}, planar: {planar}, {start:?}");
                 assert!(check(&scene.problem().unwrap(), true) >= 6);

@@ -12,7 +12,7 @@ use rodfit::{Fit, Parameter, Point, Problem};
 
 use crate::common::fits::{of_a_right_mesh, same_mesh};
 
-use crate::common::straight_rod;
+use crate::common::{at_tip, straight_rod};
 
 const LENGTH: f64 = 0.5;
 const RADIUS: f64 = 1e-3;
@@ -24,13 +24,7 @@ fn cantilever(segments: Option<usize>) -> Scene {
     let mut scene = straight_rod(20, [LENGTH, RADIUS], material);
     scene.rod.segments = segments;
     scene.loads.gravity = [0.0; 3];
-    scene.loads.point = vec![PointForce {
-        node: Point::Tip,
-        force: [0.0, -0.1, 0.0],
-        moment: [0.0; 3],
-        follower: false,
-        signal: None,
-    }];
+    scene.loads.point = at_tip([0.0, -0.1, 0.0]);
     scene
 }
 

@@ -3,12 +3,11 @@
 
 use nalgebra::Vector3;
 use rodfit::scene::{
-    Dimension, Discretization, Handedness, Material, Point, PointForce, Scene, Section, Shape,
-    Support,
+    Dimension, Discretization, Handedness, Material, Scene, Section, Shape, Support,
 };
 use std::f64::consts::{PI, TAU};
 
-use crate::common::{cantilever, extremum, sag};
+use crate::common::{at_tip, cantilever, extremum, sag};
 
 /// E = 1e7 Pa, G = E/3, 1000 kg/m^3.
 fn rod(segments: usize, shape: Shape, section: Section) -> Scene {
@@ -47,13 +46,7 @@ fn stretching_next_to_walls() {
             let force = force * unit * length;
             if force != 0.0 {
                 let force = [0.0, 0.0, -force];
-                scene.loads.point = vec![PointForce {
-                    node: Point::Tip,
-                    force,
-                    moment: [0.0; 3],
-                    follower: false,
-                    signal: None,
-                }];
+                scene.loads.point = at_tip(force);
             }
             let problem = scene.problem().unwrap();
             let found = problem.equilibrium().unwrap();
@@ -107,13 +100,7 @@ fn small_deflections_of_cantilevers() {
                     }
                     _ => {
                         let force = [0.0, 3e-4 * bending / length.powi(2), 0.0];
-                        scene.loads.point = vec![PointForce {
-                            node: Point::Tip,
-                            force,
-                            moment: [0.0; 3],
-                            follower: false,
-                            signal: None,
-                        }];
+                        scene.loads.point = at_tip(force);
                         1e-4 * length
                     }
                 };

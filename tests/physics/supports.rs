@@ -46,8 +46,7 @@ fn moment_acts_at_its_node() {
         node: Point::Node(node),
         force: [0.0; 3],
         moment: [0.0, 0.0, m],
-        follower: false,
-        signal: None,
+        ..PointForce::default()
     };
     scene.loads.point = vec![at(10, -1.0), at(30, 1.0)];
     let found = rest(&scene);

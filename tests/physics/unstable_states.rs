@@ -8,7 +8,7 @@ use rodfit::scene::{
 use rodfit::{Code, Trajectory};
 use std::f64::consts::PI;
 
-use crate::common::{cantilever, helix_with};
+use crate::common::{at_tip, cantilever, helix_with};
 use crate::energy::finish;
 
 /// Runs a scene with a check of the stability of its states; returns its report.
@@ -100,17 +100,8 @@ fn ordinary_motion_is_not_reported() {
     let released = with_torsion(cantilever());
     let mut plucked = released.clone();
     let force = [0.0, 0.3, 0.0];
-    plucked.initial = Initial {
-        state: InitialState::Equilibrium,
-        point: vec![PointForce {
-            node: Point::Tip,
-            force,
-            moment: [0.0; 3],
-            follower: false,
-            signal: None,
-        }],
-        ..Initial::default()
-    };
+    plucked.initial =
+        Initial { state: InitialState::Equilibrium, point: at_tip(force), ..Initial::default() };
     let mut upright = released.clone();
     upright.rod.shape = Shape::Straight { length: 0.5, direction: [0.1, 1.0, 0.0] };
     upright.material.youngs_modulus = 1e7;

@@ -1,10 +1,10 @@
 //! Critical loads of columns against Euler's, and their derivatives.
 
-use rodfit::scene::{Material, PointForce, Scene, Support};
-use rodfit::{Parameter, Point};
+use rodfit::Parameter;
+use rodfit::scene::{Material, Scene, Support};
 use std::f64::consts::PI;
 
-use crate::common::straight_rod;
+use crate::common::{at_tip, straight_rod};
 
 const LENGTH: f64 = 0.5;
 const RADIUS: f64 = 2e-3;
@@ -16,13 +16,7 @@ fn column([start, end]: [Support; 2]) -> Scene {
     let mut scene = straight_rod(100, [LENGTH, RADIUS], material);
     (scene.supports.start, scene.supports.end) = (start, end);
     scene.loads.gravity = [0.0; 3];
-    scene.loads.point = vec![PointForce {
-        node: Point::Tip,
-        force: [-0.5, 0.0, 0.0],
-        moment: [0.0; 3],
-        follower: false,
-        signal: None,
-    }];
+    scene.loads.point = at_tip([-0.5, 0.0, 0.0]);
     scene
 }
 

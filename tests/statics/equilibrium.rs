@@ -131,8 +131,7 @@ fn edge_tangent_is_congruent_to_the_node_tangent() {
         node: Point::Tip,
         force: [0.0; 3],
         moment: [0.0, 0.0, 0.1],
-        follower: false,
-        signal: None,
+        ..PointForce::default()
     }];
     let problem = plane.problem().unwrap();
     let discretized = problem.planar().unwrap();

@@ -1,9 +1,11 @@
 //! Growth rates of unstable equilibria against theory, on the mesh that is chosen for them.
 
 use rodfit::accuracy::Calculation;
-use rodfit::scene::{Material, Point, PointForce, Scene, Section, Shape, Support};
+use rodfit::scene::{Material, Scene, Section, Shape, Support};
 use rodfit::vibration::LinearizationPoint;
 use std::f64::consts::PI;
+
+use crate::common::at_tip;
 
 /// A pinned column on a roller with the mode sin(pi s/L): under a force of `ratio` Euler loads it grows by
 /// `pi/L sqrt((ratio - 1) P/(rho A))`.
@@ -19,13 +21,7 @@ fn growth_rate_of_euler_column_is_within_its_error_estimate() {
         scene.rod.segments = None;
         (scene.supports.start, scene.supports.end) = (Support::Pinned, Support::Roller);
         let force = [0.0, 0.0, -ratio * critical];
-        scene.loads.point = vec![PointForce {
-            node: Point::Tip,
-            force,
-            moment: [0.0; 3],
-            follower: false,
-            signal: None,
-        }];
+        scene.loads.point = at_tip(force);
         let exact =
             PI / length * ((ratio - 1.0) * critical / (density * PI * radius.powi(2))).sqrt();
         for count in [1, 2, 3] {

@@ -2,13 +2,13 @@
 //! that other mode numbers fit equally well.
 
 use rodfit::fit::{FitReport, Frequencies, Grade, Measurement, RestShape, Sample, ShapePoint};
-use rodfit::scene::{Dimension, End, Material, Motion, PointForce, Scene, Section, Shape, Support};
+use rodfit::scene::{Dimension, End, Material, Motion, Scene, Section, Shape, Support};
 use rodfit::vibration::ModePlane;
 use rodfit::{Code, Fit, Observation, Parameter, Point, Unknown};
 use std::f64::consts::{PI, TAU};
 
 use crate::common::fits::same_mesh;
-use crate::common::{coarse, straight_rod};
+use crate::common::{at_tip, coarse, straight_rod};
 
 const MODULUS: f64 = 205e9;
 const DENSITY: f64 = 7850.0;
@@ -151,13 +151,7 @@ fn droop(shear_part: f64) -> FitReport {
     let mut scene = bar(length, height, [Support::Clamped, Support::Free]);
     scene.rod.segments = Some(200);
     let down = [0.0, -force, 0.0];
-    scene.loads.point = vec![PointForce {
-        node: Point::Tip,
-        force: down,
-        moment: [0.0; 3],
-        follower: false,
-        signal: None,
-    }];
+    scene.loads.point = at_tip(down);
     let kappa = 10.0 * (1.0 + RATIO) / (12.0 + 11.0 * RATIO);
     let (area, second) = (WIDTH * height, WIDTH * height.powi(3) / 12.0);
     let sinking = |s: f64| {
