@@ -38,7 +38,7 @@ descent design determined_groups diagnostics difference directions director_axes
 discrete discretization displacement_driven display drag drag_forces drawing draws duplicates
 dynamics edge_contact edge_coordinates edge_tie edges effects element elimination energy
 energy_balance entries envelope envelope_lu equilibrium equilibrium_derivatives error errors
-estimate estimate_table estimated_weights experiment experiment_estimates experiment_form explain
+estimate estimate_table estimated_weights experiment experiment_effect experiment_estimates experiment_form explain
 export extend extra extrapolation faults field figure file film find_equilibrium findings
 finite_difference fit fit_name fit_pattern fit_run fit_statistics fit_summary fitted follower_load
 follower_loads follower_modes foot_point force_rates forces form former_names former_results
@@ -57,7 +57,7 @@ momentum motion motion_rate moved_obstacles moving mujoco name natural_turn near
 neutral_equilibrium newton nodal node_history noise noise_scale nonlinear nonlinear_bending number
 numbers numerics observation_form observation_row observed_experiment observed_information
 observed_nodes obstacle_motion obstacles omitted_effects one_sided_bound onset operators optimum
-out_of_line outcome outlying_experiments output overlap overlay overlay_run own own_effect page parameter
+out_of_line outcome outlying_experiments output overlap overlay overlay_run own page parameter
 parameter_form parameters part_file path pencil penetration per_axis perturbation phi_function place
 placement plan planar planar_bend planarity plane platform plausibility player plot_data plotted
 point point_acceleration point_angle point_channel point_pose point_strain points polyline pose_form

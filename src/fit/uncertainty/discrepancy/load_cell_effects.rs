@@ -9,7 +9,7 @@ use crate::fit::measurement::MeasuredData;
 use crate::fit::measurement::experiment::Experiment;
 use crate::fit::measurement::sensor_channel::{Channel, ReactionPart, SensorChannel};
 use crate::fit::measurement::sensor_reference::SensorReference;
-use crate::fit::uncertainty::discrepancy::own_effect::{EffectTerm, OwnEffect};
+use crate::fit::uncertainty::discrepancy::experiment_effect::{EffectTerm, ExperimentEffect};
 use crate::numerics::total_order;
 use crate::numerics::vector::{Vector, sub};
 use crate::scene::{End, Parameter, SensorModel};
@@ -49,7 +49,7 @@ fn name_of(end: End) -> &'static str {
 
 impl EffectTerm for LoadCell {
     /// The effects of an experiment; none without an observed moment, and for sensors with a position in the scene.
-    fn effects(experiment: &Experiment) -> Vec<OwnEffect<Self>> {
+    fn effects(experiment: &Experiment) -> Vec<ExperimentEffect<Self>> {
         let problem = &experiment.problem;
         let mut all = Vec::new();
         for (end, reference) in experiment.measurements.iter().filter_map(|m| moment_of(&m.data)) {
@@ -67,7 +67,7 @@ impl EffectTerm for LoadCell {
             };
             let axis = (0..3).max_by_key(|c| total_order(edge[*c].abs())).unwrap_or(0);
             let axis = ["x", "y", "z"][axis];
-            let effect = OwnEffect {
+            let effect = ExperimentEffect {
                 path: Parameter::at(&format!("sensors.{sensor}.position.{axis}")).path(),
                 name: format!(
                     "load cell at a distance along {axis} from the support of the {}",
@@ -86,7 +86,7 @@ impl EffectTerm for LoadCell {
 
     /// Adds the sensor to the scene of an experiment, unless it has it, and refers the moments of the end to it. False,
     /// without a change, if the scene does not allow it.
-    fn add_to(effect: &OwnEffect<Self>, experiment: &mut Experiment) -> bool {
+    fn add_to(effect: &ExperimentEffect<Self>, experiment: &mut Experiment) -> bool {
         let Self { sensor, end } = &effect.term;
         let mut scene = experiment.problem.scene().clone();
         if scene.sensors.iter().all(|model| model.name != *sensor) {

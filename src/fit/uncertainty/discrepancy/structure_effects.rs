@@ -13,10 +13,10 @@
 //! omitted effects. Motions out of the plane are not tested.
 
 use crate::fit::measurement::experiment::Experiment;
+use crate::fit::uncertainty::discrepancy::experiment_effect::{EffectTerm, ExperimentEffect};
 use crate::fit::uncertainty::discrepancy::omitted_effects::{
     CLAMP_EXTENSION, DENSITY, LENGTH, MARKER_MASS, SECTION,
 };
-use crate::fit::uncertainty::discrepancy::own_effect::{EffectTerm, OwnEffect};
 use crate::problem::Problem;
 use crate::scene::per_axis::PerAxis;
 use crate::scene::structure::{
@@ -82,12 +82,12 @@ impl RodOfStructure {
 impl EffectTerm for StructureTerm {
     /// All effects of the structure of an experiment, with their plausible sizes; empty for a scene of one rod. The
     /// path of a compliant support is that of the spring joint that `add_to` appends to the joints of the scene.
-    fn effects(experiment: &Experiment) -> Vec<OwnEffect<Self>> {
+    fn effects(experiment: &Experiment) -> Vec<ExperimentEffect<Self>> {
         let Some(scene) = &experiment.problem.scene().structure else { return Vec::new() };
         let mut all = Vec::new();
         let mut add = |path: String, name: String, size: f64, test, term| {
             let path = Parameter::at(&path).path();
-            all.push(OwnEffect { path, name, size, test, term });
+            all.push(ExperimentEffect { path, name, size, test, term });
         };
         let rod_of = |name: &str| scene.rods.iter().find(|rod| rod.name == name);
         for (i, joint) in scene.joints.iter().enumerate() {
@@ -162,12 +162,15 @@ impl EffectTerm for StructureTerm {
 
     /// The effect with the path of its number in `problem`, to which other effects may have been added. Only the path
     /// of a compliant support changes: its joint is appended after all joints of the problem.
-    fn beside_others_of(effect: OwnEffect<Self>, problem: &Problem) -> OwnEffect<Self> {
+    fn beside_others_of(
+        effect: ExperimentEffect<Self>,
+        problem: &Problem,
+    ) -> ExperimentEffect<Self> {
         let structure = problem.scene().structure.as_ref();
         match (&effect.term, structure) {
             (Self::SoftSupport(..), Some(scene)) => {
                 let path = Parameter::at(&joint_rotation(scene.joints.len())).path();
-                OwnEffect { path, ..effect }
+                ExperimentEffect { path, ..effect }
             }
             _ => effect,
         }
@@ -176,7 +179,7 @@ impl EffectTerm for StructureTerm {
     /// Adds the term to the structure of an experiment; nothing if the number is in the scene already. False, without a
     /// change, for one rod, where the structure cannot have the term, or where the model has no derivative by the
     /// number.
-    fn add_to(effect: &OwnEffect<Self>, experiment: &mut Experiment) -> bool {
+    fn add_to(effect: &ExperimentEffect<Self>, experiment: &mut Experiment) -> bool {
         let Some(problem) = added(effect, &experiment.problem) else { return false };
         experiment.problem = problem;
         true
@@ -186,7 +189,7 @@ impl EffectTerm for StructureTerm {
 /// A copy of the problem with the term of the effect added; an unchanged one if the number is in the scene already.
 /// None for a problem of one rod, where the structure cannot have the term, or where the model has no derivative by
 /// the number.
-fn added(effect: &OwnEffect<StructureTerm>, problem: &Problem) -> Option<Problem> {
+fn added(effect: &ExperimentEffect<StructureTerm>, problem: &Problem) -> Option<Problem> {
     let trace = TRACE * effect.size;
     let mut scene = problem.scene().clone();
     let structure = scene.structure.as_mut()?;

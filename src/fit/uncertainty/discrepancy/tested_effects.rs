@@ -15,9 +15,9 @@ use crate::fit::measurement::experiment::Experiment;
 use crate::fit::search::fitted::Fitted;
 use crate::fit::uncertainty::analysis::Analysis;
 use crate::fit::uncertainty::budget::input_changes::InputChange;
+use crate::fit::uncertainty::discrepancy::experiment_effect::{EffectTerm, ExperimentEffect};
 use crate::fit::uncertainty::discrepancy::load_cell_effects::LoadCell;
 use crate::fit::uncertainty::discrepancy::omitted_effects::{OMITTED_EFFECTS, OmittedEffect};
-use crate::fit::uncertainty::discrepancy::own_effect::{EffectTerm, OwnEffect};
 use crate::fit::uncertainty::discrepancy::rod_sizes::RodSizes;
 use crate::fit::uncertainty::discrepancy::structure_effects::StructureTerm;
 use crate::fit::unknown::Unknown;
@@ -101,8 +101,8 @@ impl ExtendedExperiments {
             let name = detailed.unwrap_or_else(|| effect.name.into());
             effects.push(TestedEffect { effect: *effect, name, plausible_size: size, change });
         }
-        effects.extend(own_effects::<StructureTerm>(&mut experiments, &stated));
-        effects.extend(own_effects::<LoadCell>(&mut experiments, &stated));
+        effects.extend(effects_of_experiments::<StructureTerm>(&mut experiments, &stated));
+        effects.extend(effects_of_experiments::<LoadCell>(&mut experiments, &stated));
         Ok(Self { experiments, effects })
     }
 }
@@ -111,11 +111,11 @@ impl ExtendedExperiments {
 /// effects with their changes by the plausible size of the first experiment that has them; effects of several
 /// experiments with one path and one name are one. Effects of `stated` parameters (identified or known inputs) are left
 /// out.
-fn own_effects<T: EffectTerm>(
+fn effects_of_experiments<T: EffectTerm>(
     experiments: &mut [Experiment],
     stated: &[Parameter],
 ) -> Vec<TestedEffect> {
-    let mut found: Vec<(OwnEffect<T>, Vec<String>)> = Vec::new();
+    let mut found: Vec<(ExperimentEffect<T>, Vec<String>)> = Vec::new();
     for experiment in experiments.iter_mut() {
         for effect in T::effects(experiment) {
             let effect = T::beside_others_of(effect, &experiment.problem);
@@ -125,15 +125,16 @@ fn own_effects<T: EffectTerm>(
             }
             let name = experiment.name.clone();
             // The path of an added joint is its index, which is another joint in another structure.
-            let is_same = |own: &OwnEffect<T>| own.path == effect.path && own.name == effect.name;
+            let is_same =
+                |own: &ExperimentEffect<T>| own.path == effect.path && own.name == effect.name;
             match found.iter_mut().find(|(own, _)| is_same(own)) {
                 Some((_, experiments)) => experiments.push(name),
                 None => found.push((effect, vec![name])),
             }
         }
     }
-    let tested = |(effect, own): (OwnEffect<T>, Vec<String>)| {
-        let OwnEffect { path, name, size, test, .. } = effect;
+    let tested = |(effect, own): (ExperimentEffect<T>, Vec<String>)| {
+        let ExperimentEffect { path, name, size, test, .. } = effect;
         let number = Unknown { experiments: own, ..Unknown::new(Parameter::at(path)) };
         let change = InputChange::with_size(experiments, path, &number, size);
         let effect = OmittedEffect::of_number(path, test);
@@ -177,7 +178,7 @@ mod tests {
     #[test]
     fn supports_of_different_rods_are_different_effects() {
         let mut experiments = [welded("one", "mast", "start"), welded("other", "arm", "end")];
-        let found = own_effects::<StructureTerm>(&mut experiments, &[]);
+        let found = effects_of_experiments::<StructureTerm>(&mut experiments, &[]);
         let names = |path: &str| -> Vec<&str> {
             let own = found.iter().filter(|tested| tested.effect.path == path);
             own.map(|tested| &tested.name[..]).collect()
