@@ -12,12 +12,13 @@ use std::fmt;
 
 /// Documents with the entries of all codes, in the order of [`Code`], then those of the exit codes. Each entry has a
 /// heading of the second level.
-const PAGES: [&str; 6] = [
+const PAGES: [&str; 7] = [
     include_str!("../docs/codes/grades.md"),
     include_str!("../docs/codes/residuals.md"),
     include_str!("../docs/codes/parameters.md"),
     include_str!("../docs/codes/posterior.md"),
     include_str!("../docs/codes/scenes.md"),
+    include_str!("../docs/codes/equilibria.md"),
     include_str!("../docs/codes/runs.md"),
 ];
 
@@ -137,10 +138,11 @@ codes! {
     LargeStrain "large-strain",
     BeyondTable "beyond-table",
     DeepContact "deep-contact",
-    Frictionless "frictionless",
     StructureScope "structure-scope",
     NumericalDamping "numerical-damping",
     // Problems of equilibria and of derivatives.
+    Frictionless "frictionless",
+    NoLoadAtTime "no-load-at-time",
     Unstable "unstable",
     Marginal "marginal",
     UnstableState "unstable-state",
@@ -151,6 +153,7 @@ codes! {
     NotFinite "not-finite",
     UnstableStep "unstable-step",
     MeanStretch "mean-stretch",
+    CoarseStep "coarse-step",
     Fold "fold",
     LargeRotation "large-rotation" formerly "leap",
     PassedObstacle "passed-obstacle",

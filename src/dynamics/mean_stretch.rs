@@ -8,7 +8,7 @@
 //! [`MAX_MEAN_STRETCH`] of the largest kinetic energy; `None` for other schemes.
 
 use crate::code::Code;
-use crate::numerics::vector::{dot, sub};
+use crate::numerics::vector::{norm, sub};
 use crate::scene::{Scene, Scheme};
 
 /// Largest stretching energy of mean states without a warning, over the largest kinetic energy. Pendulums of 20 edges
@@ -55,11 +55,6 @@ impl MeanStretch {
         }
         energy
     }
-}
-
-/// Length of a vector.
-fn norm(x: [f64; 3]) -> f64 {
-    dot(x, x).sqrt()
 }
 
 /// Code and text of the warning of a run, in which the stretching energy of mean states was at most `stretch` and the

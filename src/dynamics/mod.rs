@@ -29,6 +29,7 @@ mod simulation;
 mod start;
 mod step;
 mod step_control;
+mod step_error;
 mod step_map;
 pub mod stepper;
 mod trajectory;
@@ -46,6 +47,7 @@ pub use run::Snapshot;
 pub use simulation::Simulation;
 pub use step::{StepperSettings, Work};
 pub(crate) use step_control::StepControl;
+pub(crate) use step_error::StepError;
 pub use trajectory::Trajectory;
 
 #[doc(hidden)]

@@ -19,6 +19,7 @@ use crate::dynamics::energy_balance;
 use crate::dynamics::mean_stretch::{self, MeanStretch};
 use crate::dynamics::run::Snapshot;
 use crate::dynamics::step::Work;
+use crate::dynamics::step_error::StepError;
 use crate::dynamics::trajectory::Trajectory;
 use crate::error::Error;
 use crate::numerics::simd::simd_level;
@@ -208,6 +209,9 @@ pub struct SimulationReport {
     /// Its largest energy so far, J.
     #[serde(skip)]
     largest_mean_stretch: f64,
+    /// Estimate of the error of a given step.
+    #[serde(skip)]
+    step_error: Option<StepError>,
     /// Whether `tip`, `energy`, `reactions` and `contact_forces` are recorded.
     #[serde(default = "yes", skip_serializing_if = "is_yes")]
     has_series: bool,
@@ -279,6 +283,7 @@ impl SimulationReport {
             penetration: PenetrationRecord::new(problem.scene()),
             mean_stretch: MeanStretch::new(problem.scene()),
             largest_mean_stretch: 0.0,
+            step_error: StepError::new(problem.scene(), problem.nodes(), problem.length()),
             has_series: true,
         }
     }
@@ -312,6 +317,9 @@ impl SimulationReport {
             let energy = stretch.next((0..problem.nodes()).map(|i| simulation.position(i)));
             self.largest_mean_stretch = self.largest_mean_stretch.max(energy);
         }
+        if let Some(estimate) = &mut self.step_error {
+            estimate.add(t, |i| simulation.position(i));
+        }
         // The first state is the start, and no step.
         match self.last_tip {
             None => self.start_energy = total,
@@ -337,8 +345,9 @@ impl SimulationReport {
 
     /// Completes the report with the work and time of the run `trajectory` and its status: `completed`, or `stopped: `
     /// with the error of `outcome` and its code. Appends warnings about large strains, deep contacts, numerical
-    /// damping, stretching of mean states and an unstable state, in this order, with their codes. The last one is only
-    /// given if [stability was checked](Trajectory::check_stability).
+    /// damping, stretching of mean states, a coarse given step and an unstable state, in this order, with their codes.
+    /// That of the step is only given if the error of the numerics is not known otherwise, the last one if [stability
+    /// was checked](Trajectory::check_stability).
     pub fn finish(&mut self, trajectory: &Trajectory, outcome: &Result<(), Error>) {
         self.work = trajectory.work();
         self.newton_iterations = self.work.newton_iterations;
@@ -354,8 +363,11 @@ impl SimulationReport {
         let deep = self.penetration.warning();
         let kinetic = self.largest_kinetic_energy;
         let stretched = mean_stretch::warning(&self.scene, self.largest_mean_stretch, kinetic);
-        for (code, words) in strained.chain(deep).chain(unbalanced).chain(stretched).chain(unstable)
-        {
+        let is_assessed = self.resolution.is_some_and(|resolution| resolution.error.is_some());
+        let estimate = self.step_error.as_ref().filter(|_| !is_assessed && stretched.is_none());
+        let coarse = estimate.and_then(StepError::warning);
+        let of_scheme = unbalanced.into_iter().chain(stretched).chain(coarse);
+        for (code, words) in strained.chain(deep).chain(of_scheme).chain(unstable) {
             self.warnings.push(code.behind(words));
             self.warning_codes.push(code);
         }

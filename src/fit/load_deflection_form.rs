@@ -12,6 +12,7 @@ use crate::error::{Error, ensure};
 use crate::fit::measurement::Measurement;
 use crate::fit::measurement::load_deflection::{LoadDeflection, LoadedPoint};
 use crate::fit::measurement::loss::Loss;
+use crate::fit::measurement::sensor_reference::SensorReference;
 use crate::scene::{Parameter, Point};
 use marker_files::table::{LENGTHS, Table};
 use marker_files::{ColumnRules, Dropped, FORCES, MOMENTS, Recording};
@@ -35,6 +36,8 @@ pub(crate) struct LoadDeflectionForm {
     /// Displaced point; default: the tip.
     #[serde(default)]
     point: Point,
+    /// Dial gauge in `[[sensors]]` of the scene, with its reading without load; default: set to zero.
+    sensor: Option<String>,
     /// Standard deviation of a displacement, m; default: estimated from the residuals.
     sigma: Option<f64>,
     /// Loss function of the residuals.
@@ -88,9 +91,10 @@ impl LoadDeflectionForm {
                 }
             }
             let recording = Recording { columns: self.columns.clone(), ..Recording::default() };
-            let own = LoadDeflection::new(self.load, self.point, axis, curve)
+            let mut own = LoadDeflection::new(self.load, self.point, axis, curve)
                 .with_source(&path, &recording, dropped)
                 .with_properties(self.sigma, self.loss, self.held_out);
+            own.data.gauge = SensorReference(self.sensor.clone());
             measurements.push(own.into());
         }
         match measurements.is_empty() {

@@ -10,6 +10,7 @@
 //! `SIGNIFICANT` residual variances.
 
 use crate::numerics::upper_median;
+use crate::numerics::vector::norm;
 use std::collections::VecDeque;
 
 /// Smallest number of samples for which an onset is searched; the fit needs [`FEWEST_AT_REST`] and [`FEWEST_MOVING`] of
@@ -301,11 +302,6 @@ impl MotionSamples {
         };
         (0..3).map(along).sum()
     }
-}
-
-/// The Euclidean length of a vector, in the unit of its components.
-fn norm(vector: [f64; 3]) -> f64 {
-    vector.iter().map(|x| x * x).sum::<f64>().sqrt()
 }
 
 #[cfg(test)]

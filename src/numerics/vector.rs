@@ -63,6 +63,12 @@ pub fn dot<D: Scalar>(a: Vector<D>, b: Vector<D>) -> D {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
+/// The Euclidean length `|a|`.
+#[inline(always)]
+pub fn norm<D: Scalar>(a: Vector<D>) -> D {
+    dot(a, a).sqrt()
+}
+
 /// The vector product `a x b`.
 #[inline(always)]
 pub fn cross<D: Scalar>(a: Vector<D>, b: Vector<D>) -> Vector<D> {
@@ -72,7 +78,7 @@ pub fn cross<D: Scalar>(a: Vector<D>, b: Vector<D>) -> Vector<D> {
 /// The unit vector `a/|a|`; NaN for a zero vector.
 #[inline(always)]
 pub fn unit<D: Scalar>(a: Vector<D>) -> Vector<D> {
-    scale(a, dot(a, a).sqrt().recip())
+    scale(a, norm(a).recip())
 }
 
 /// `v` rotated about the rotation vector `r` by the angle `a = |r|`, rad: `v + sin(a)/a r x v + (1 - cos a)/a^2 r x (r

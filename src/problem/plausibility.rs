@@ -9,8 +9,8 @@
 //! nothing else acts on its rod. Loads, flow, motions, recordings, user-defined energies, actuators, initial shapes and
 //! stress at rest count as actions; for a motion also an initial velocity. There is no such warning for modes, or for a
 //! straight rod within 10 degrees of the y or z axis. Third: a given mesh that is too coarse for the natural curvature.
-//! Fourth: forces on held nodes only. Last, for equilibria and modes: friction of the rod or of a contact, which they
-//! do not have.
+//! Fourth: forces on held nodes only. Last, for equilibria and modes (`notes_at_rest`): friction of the rod or of a
+//! contact, which they do not have, and signals that are zero at the time of the equilibrium.
 
 use crate::code::Code;
 use crate::numerics::vector::{dot, sub};
@@ -72,7 +72,7 @@ impl Problem {
 
     /// Warnings, each with its code, first of implausible units (one for all numbers), then of missing gravity for the
     /// `purpose`. Then come a given mesh that is too coarse for the natural curvature, and forces on held nodes. Last,
-    /// unless for a motion, is friction of the rod or of a contact. Empty for a plausible scene.
+    /// unless for a motion, are those of [`Self::notes_at_rest`]. Empty for a plausible scene.
     pub(crate) fn plausibility_notes(&self, purpose: Purpose) -> Vec<(Code, String)> {
         let units = units(&self.scene, self.length()).map(|words| (Code::ImplausibleUnits, words));
         let gravity = self.lacks_gravity(purpose).then(|| {
@@ -80,9 +80,9 @@ impl Problem {
                          Write [loads] gravity = [0, -9.81, 0], or [0, 0, 0] if none is meant";
             (Code::NoGravity, words.to_string())
         });
-        let friction = (purpose != Purpose::Motion).then(|| self.frictionless_note()).flatten();
+        let at_rest = (purpose != Purpose::Motion).then(|| self.notes_at_rest());
         let mesh = self.natural_turn_note().into_iter().chain(self.held_load_note());
-        units.into_iter().chain(gravity).chain(mesh).chain(friction).collect()
+        units.into_iter().chain(gravity).chain(mesh).chain(at_rest.into_iter().flatten()).collect()
     }
 
     /// Warning of forces of `loads.point` and `initial.point` on nodes that supports at the ends hold, which do not
@@ -111,9 +111,42 @@ impl Problem {
         (!keys.is_empty()).then_some((Code::LoadOnHeldNode, words))
     }
 
+    /// Warnings of equilibria and modes, with codes: friction of the rod or of a contact, which they do not have, and
+    /// loads whose signals are zero at the time of the equilibrium.
+    pub(crate) fn notes_at_rest(&self) -> impl Iterator<Item = (Code, String)> {
+        self.frictionless_note().into_iter().chain(self.zero_signals_note())
+    }
+
+    /// Warning of loads and actuators whose signals are zero at `loads.at_time`; `None` without any. Signals with a
+    /// gain of zero are left out.
+    fn zero_signals_note(&self) -> Option<(Code, String)> {
+        let scene = &self.scene;
+        let time = scene.loads.at_time;
+        let is_zero = |name: &str| {
+            let signal = scene.signals.iter().find(|signal| signal.name == name);
+            signal.is_some_and(|own| own.gain != 0.0 && own.curve().value(time) == 0.0)
+        };
+        let point = scene.loads.point.iter().map(|load| load.signal.as_deref());
+        let line = scene.loads.line.iter().map(|load| load.signal.as_deref());
+        let actuation = scene.actuation.iter().map(Actuation::signal);
+        let keys = |table: &'static str, names: &mut dyn Iterator<Item = Option<&str>>| {
+            let zero = names.enumerate().filter(|(_, name)| name.is_some_and(is_zero));
+            zero.map(|(k, _)| format!("{table}[{k}]")).collect::<Vec<_>>()
+        };
+        let mut list = keys("loads.point", &mut { point });
+        list.extend(keys("loads.line", &mut { line }));
+        list.extend(keys("actuation", &mut { actuation }));
+        let words = format!(
+            "the signal of {} is zero at loads.at_time = {time} s, so that it has no effect in equilibria and modes. Set \
+             loads.at_time to the time of interest, or remove `signal` for a constant load",
+            list.join(", ")
+        );
+        (!list.is_empty()).then_some((Code::NoLoadAtTime, words))
+    }
+
     /// Warning of an equilibrium or modes of a scene with friction, of a contact or in the rod, which they do not have;
     /// `None` without friction.
-    pub(crate) fn frictionless_note(&self) -> Option<(Code, String)> {
+    fn frictionless_note(&self) -> Option<(Code, String)> {
         let rough = self.scene.contacts.iter().position(Contact::has_friction);
         let contact = rough.map(|rough| {
             format!(

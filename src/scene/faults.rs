@@ -21,7 +21,7 @@
 //! use this module.
 
 use crate::numerics::upper_median;
-use crate::numerics::vector::{Vector, components, dot, sub};
+use crate::numerics::vector::{Vector, components, norm, sub};
 use crate::scene::track::{Marker, Track};
 use crate::scene::track_defect::{JUMP, TrackDefect};
 use serde::{Deserialize, Serialize};
@@ -301,11 +301,6 @@ fn second_difference(marker: &Marker, k: usize) -> f64 {
     let [a, b, c] = [k - 1, k, k + 1].map(|k| marker.seen[k]);
     let (Some(a), Some(b), Some(c)) = (a, b, c) else { return 0.0 };
     norm(std::array::from_fn(|i| a[i] - 2.0 * b[i] + c[i]))
-}
-
-/// Length of a vector, m.
-fn norm(a: Vector<f64>) -> f64 {
-    dot(a, a).sqrt()
 }
 
 /// Number of frames around a gap.

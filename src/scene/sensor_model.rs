@@ -2,12 +2,13 @@
 //!
 //! A [`SensorModel`] has a rotation of the frame beyond that of the observation (rotation vector, rad), the position of
 //! a load cell relative to the support, m, a delay, s, and the cutoff frequency of a first-order low-pass filter, Hz. A
-//! reading at `t` is the filtered component at `t - delay`. Only fits use sensors, with these numbers as possible
+//! reading at `t` is the filtered component at `t - delay`. A dial gauge of load-deflection curves has the reading
+//! without load, m. Only fits use sensors, with these numbers as possible
 //! parameters (`sensors.NAME.delay`). By default there is no effect. Names that are not valid or used twice are
 //! rejected.
 
 use crate::error::{Error, ensure};
-use crate::scene::number::Quantity;
+use crate::scene::number::{Quantity, is_default};
 use crate::scene::table::table;
 use crate::scene::validate::check_name;
 
@@ -38,6 +39,9 @@ table! {
         /// Delay of its readings, s: that of the time `t` shows the rod at `t - delay`.
         #[serde(default)]
         pub delay: D = Quantity::signed("s").within(-1e6, 1e6).of_the_recording(),
+        /// Reading of a displacement without load, m: that of a dial gauge in `[[load_deflection]]`.
+        #[serde(default, skip_serializing_if = "is_default")]
+        pub zero_offset: D = Quantity::signed("m").within(-1e3, 1e3).of_the_recording(),
         /// Cutoff frequency of its first-order low-pass filter, Hz; none without a filter.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         pub low_pass: Option<D> = Quantity::positive("Hz").within(1e-6, 1e9).of_the_recording(),
@@ -50,7 +54,8 @@ impl<D: From<f64>> SensorModel<D> {
         let zero = || D::from(0.0);
         let zeros = || [zero(), zero(), zero()];
         let (rotation, position) = (zeros(), zeros());
-        Self { name: name.into(), rotation, position, delay: zero(), low_pass: None }
+        let (delay, zero_offset) = (zero(), zero());
+        Self { name: name.into(), rotation, position, delay, zero_offset, low_pass: None }
     }
 }
 

@@ -5,10 +5,11 @@
 //! with its name. [`Structure`] has `motion_warnings` (codes and texts of the recording, of steps that resolve it
 //! poorly, and of units), `unit_warnings`, and `equilibrium_warnings` (texts of units, strains and contacts).
 //! [`ExtremesOfRods`] records the largest strain and overlap of each rod over all states that `add` receives, and warns
-//! of strains beyond the linear range or a table, and of deep contacts. Rods with a recorded end have no strains, as
+//! of strains beyond the linear range or a table, of deep contacts, and of a coarse given step. Rods with a recorded end have no strains, as
 //! the distances of markers have tracking errors.
 
 use crate::code::Code;
+use crate::dynamics::StepError;
 use crate::problem::penetration::PenetrationRecord;
 use crate::problem::strain::StrainRecord;
 use crate::problem::{Problem, Purpose};
@@ -30,6 +31,8 @@ struct ExtremesOfRod {
     strain: StrainRecord,
     /// The largest overlap with an obstacle.
     penetration: PenetrationRecord,
+    /// Estimate of the error of a given step; none if a recording moves the structure.
+    step_error: Option<StepError>,
 }
 
 /// Largest strains and overlaps of the rods of a structure.
@@ -52,12 +55,16 @@ impl ExtremesOfRods {
             if let Some(rod) = shape.rods.get(&own.name) {
                 own.strain.add(|i| rod.nodes[i], time.unwrap_or(0.0));
                 own.penetration.add(|i| rod.nodes[i], time);
+                if let (Some(estimate), Some(time)) = (&mut own.step_error, time) {
+                    estimate.add(time, |i| rod.nodes[i]);
+                }
             }
         }
     }
 
     /// Warnings, with their codes, of each rod whose largest strain is beyond the linear range of the material, or
-    /// whose curvature is beyond its table. They have the time of the strain if `is_motion`.
+    /// whose curvature is beyond its table. They have the time of the strain if `is_motion`. The last one is that of a
+    /// coarse step, of the rod with the largest error beyond its limit.
     pub fn warnings(&self, is_motion: bool) -> Vec<(Code, String)> {
         let of_rod = |own: &ExtremesOfRod| {
             let mut largest = own.strain.largest().unwrap_or_default();
@@ -67,7 +74,13 @@ impl ExtremesOfRods {
             let named = warnings.map(|(code, words)| (code, format!("rods.{}: {words}", own.name)));
             named.collect::<Vec<_>>()
         };
-        self.0.iter().flat_map(of_rod).collect()
+        let excess = |own: &&ExtremesOfRod| own.step_error.as_ref().map_or(0.0, StepError::excess);
+        let coarsest = self.0.iter().max_by(|a, b| excess(a).total_cmp(&excess(b)));
+        let coarse = coarsest.and_then(|own| {
+            let (code, words) = own.step_error.as_ref()?.warning()?;
+            Some((code, format!("rods.{}: {words}", own.name)))
+        });
+        self.0.iter().flat_map(of_rod).chain(coarse).collect()
     }
 }
 
@@ -109,11 +122,14 @@ impl Structure {
             let problem =
                 if ends.iter().any(is_recorded) { None } else { self.problem_of_rod(rod) };
             let part = &self.blueprint.parts[rod];
+            let mesh = &self.at_rest.meshes[rod];
+            let estimate = || StepError::new(part, mesh.nodes.len(), mesh.length);
             ExtremesOfRod {
                 name: self.scene.rods[rod].name.clone(),
                 youngs_modulus: part.material.youngs_modulus,
                 strain: problem.map_or_else(StrainRecord::default, |own| StrainRecord::new(&own)),
                 penetration: PenetrationRecord::new(part),
+                step_error: self.recorded.is_empty().then(estimate).flatten(),
             }
         };
         let ends = self.blueprint.plan.ends.iter().enumerate();

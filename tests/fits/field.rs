@@ -100,6 +100,26 @@ fn natural_curvatures_are_identified() {
     );
 }
 
+/// A prior that is too narrow for the true values is a warning with a code in the first line; one that is wide enough
+/// is none.
+#[test]
+fn too_narrow_priors_are_reported() {
+    let parts = 40;
+    let scene = arc(parts);
+    let observations = seen(&in_truth(&scene, parts), 3);
+    for (sigma, is_narrow) in [(0.3, false), (0.02, true)] {
+        let report = solved(&scene.problem().unwrap(), &observations, field(sigma, 0.1));
+        println!("{report}");
+        let text = report.to_string();
+        // A long first line is wrapped.
+        let first =
+            text.split("\n\n").next().unwrap().split_whitespace().collect::<Vec<_>>().join(" ");
+        assert_eq!(first.contains("prior-conflict"), is_narrow, "{first}");
+        let has_code = report.warnings.iter().any(|text| text.ends_with("[prior-conflict]"));
+        assert_eq!(has_code, is_narrow, "{:?}", report.warnings);
+    }
+}
+
 /// Values in the middle of equal parts are a list along the rod, factors at arc lengths of their own are none.
 #[test]
 fn factors_at_arc_lengths_are_no_list_along_the_rod() {

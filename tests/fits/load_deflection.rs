@@ -7,7 +7,7 @@ use rand_distr::{Distribution, Normal};
 use rodfit::fit::{
     Buckling, FitFile, FitReport, Grade, InputSensitivity, LoadDeflection, LoadedPoint,
 };
-use rodfit::scene::{Material, PointForce, Scene, Section, Shape};
+use rodfit::scene::{Material, PointForce, Scene, Section, SensorModel, Shape};
 use rodfit::{Fit, Parameter, Point, Problem};
 
 use crate::common::fits::{of_a_right_mesh, same_mesh};
@@ -236,6 +236,64 @@ fn jacobian_equals_differences_of_residuals() {
             }
         }
     }
+}
+
+/// A gauge at 1 mm without load biases the modulus. The score test names it, the report is not trustworthy, and as a
+/// parameter the offset and the modulus are exact.
+#[test]
+fn gauge_that_is_not_at_zero_is_named_and_identified() {
+    let mut scene = cantilever(Some(20));
+    scene.sensors = vec![SensorModel::new("dial")];
+    let problem = scene.problem().unwrap();
+    let (offset, sigma) = (1e-3, 1e-4);
+    let mut random = ChaCha8Rng::seed_from_u64(3);
+    let noise = Normal::new(0.0, sigma).unwrap();
+    let exact: Vec<LoadedPoint> = simulated(&problem, 1)
+        .into_iter()
+        .map(|own| LoadedPoint { displacement: own.displacement + offset, ..own })
+        .collect();
+    let noisy = exact.iter().map(|own| LoadedPoint {
+        displacement: own.displacement + noise.sample(&mut random),
+        ..*own
+    });
+    let fit = |curve: Vec<LoadedPoint>| {
+        let curve = LoadDeflection::new(load(), Point::Tip, 1, curve).sigma(sigma);
+        Fit::new(&problem).observe(curve.of_sensor("dial")).identify(Parameter::YoungsModulus)
+    };
+    let report = fit(noisy.collect()).analyse(of_a_right_mesh()).solve().unwrap();
+    println!("{report}");
+    assert!(report.grade != Grade::Trustworthy && report.grade != Grade::NotUsable, "{report}");
+    let source = "sensors.dial.zero_offset";
+    let test = report.score_tests.iter().find(|test| test.source == source).unwrap();
+    assert!(test.rank == 1 && (test.estimate / offset - 1.0).abs() < 0.5, "{test:?}");
+    // A curve without a sensor has the same effect.
+    let curve = LoadDeflection::new(load(), Point::Tip, 1, exact.clone()).sigma(sigma);
+    let plain = Fit::new(&problem).observe(curve).identify(Parameter::YoungsModulus);
+    let report = plain.analyse(of_a_right_mesh()).solve().unwrap();
+    let own = report.score_tests.iter().find(|test| test.source == "sensors.gauge-0.zero_offset");
+    assert!(own.is_some_and(|test| test.rank == 1), "{report}");
+    // Identified from exact data.
+    let both = fit(exact).identify(source.parse::<Parameter>().unwrap());
+    let report = both.analyse(same_mesh()).solve().unwrap();
+    let found = report.estimate(source.parse().unwrap()).unwrap().value.unwrap();
+    let off = [modulus(&report) / MODULUS - 1.0, found / offset - 1.0];
+    assert!(off.iter().all(|off| off.abs() < 1e-6), "{off:?}");
+}
+
+/// A gauge has no delay, and must be in the scene; other sensors have no zero offset.
+#[test]
+fn unsuitable_sensors_of_curves_are_refused() {
+    let mut scene = cantilever(Some(20));
+    let refused = |scene: &Scene, name: &str| {
+        let problem = scene.problem().unwrap();
+        let point = LoadedPoint { load: -0.1, displacement: -0.01 };
+        let curve = LoadDeflection::new(load(), Point::Tip, 1, vec![point]).sigma(1e-4);
+        let fit = Fit::new(&problem).observe(curve.of_sensor(name));
+        fit.identify(Parameter::YoungsModulus).solve().unwrap_err().to_string()
+    };
+    assert!(refused(&scene, "dial").contains("which has no [[sensors]]"));
+    scene.sensors = vec![SensorModel { delay: 0.1, ..SensorModel::new("dial") }];
+    assert!(refused(&scene, "dial").contains("sensors.dial: found other numbers"));
 }
 
 /// 95 % of 200 intervals: 190 expected; two standard deviations of the count are 6.

@@ -34,7 +34,7 @@ closed_forms cluster_jackknife coarse code coefficients collect columns combinat
 command comparison compute constant_axes contact contact_loss contact_losses contacts contributions
 convergence conversion coordinate_series correlation covariance coverage_factor critical_load csv
 csv_table curved_joints damping data data_precheck dataset dead_load dead_moment definition density
-descent design determined_groups diagnostics difference directions director_axes discrepancy
+descent design determined_groups diagnostics dial_gauge_effects difference directions director_axes discrepancy
 discrete discretization displacement_driven display drag drag_forces drawing draws duplicates
 dynamics edge_contact edge_coordinates edge_tie edges effects element elimination energy
 energy_balance entries envelope envelope_lu equilibrium equilibrium_derivatives error errors
@@ -76,7 +76,7 @@ sensor_model sensor_reference sensor_table settings setup shape shape_columns sh
 shear_deflection signal signal_curve signal_samples signal_steps simd simulate simulated simulation
 slenderness slip slip_state snapshots soft_clamp space spatial spatial_bodies spatial_inertia
 spatial_motion spectrum splitting spring_rotation stability standardization standing start
-start_forces starts state static_mesh statics status step step_control step_map stepper stiffness
+start_forces starts state static_mesh statics status step step_control step_error step_map stepper stiffness
 stopwatch store strain stretch structure structure_catalog structure_effects structure_experiment
 structure_file structure_film structure_frequencies structure_motion structure_places
 structure_point structure_problem structure_recording structure_report structure_run structure_shape

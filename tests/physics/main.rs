@@ -5,6 +5,7 @@ mod common;
 
 mod accuracy;
 mod actuation;
+mod coarse_steps;
 mod contact;
 mod contact_losses;
 mod corrections;

@@ -191,6 +191,30 @@ fn equilibrium_takes_signals_at_their_time() {
     assert!(distance(simulate(&scene).tip(0), rest(&constant).tip) < 1e-13);
 }
 
+/// Equilibria and modes at a time at which the loads are zero say so; not at another time, nor with constant loads.
+#[test]
+fn loads_that_are_zero_at_rest_are_reported() {
+    let ramp = Signal { duration: Some(2.0), ..formula(SignalKind::Ramp) };
+    let mut scene = short(Scheme::NewmarkBeta, 0.02, 1e-4, &ramp);
+    let found = |scene: &Scene| {
+        let problem = scene.problem().unwrap();
+        let at_rest = problem.equilibrium().unwrap().warnings;
+        let modes = problem.modes(1, LinearizationPoint::Equilibrium).unwrap().warnings;
+        [at_rest, modes].map(|list| {
+            list.into_iter().filter(|text| text.contains("[no-load-at-time]")).collect::<Vec<_>>()
+        })
+    };
+    for list in found(&scene) {
+        assert!(list.len() == 1 && list[0].contains("loads.point[0], loads.line[0]"), "{list:?}");
+    }
+    scene.loads.at_time = 0.5;
+    assert_eq!(found(&scene), [Vec::<String>::new(), Vec::new()]);
+    scene.loads.at_time = 0.0;
+    scene.loads.point[0].signal = None;
+    scene.loads.line.clear();
+    assert_eq!(found(&scene), [Vec::<String>::new(), Vec::new()]);
+}
+
 /// Signals that do not fit the scene are rejected with key, found and allowed value.
 #[test]
 fn unsuitable_signals_are_rejected() {

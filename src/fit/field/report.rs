@@ -8,8 +8,8 @@
 //! and a standard error in its unit. The report also has the effective number of parameters, the sum of `l/(1 + l)`,
 //! the root mean square residual in sigmas, and the cost.
 //!
-//! Warnings are given for a search without convergence, residuals outside [`USUAL_RMS`], and more directions than were
-//! computed. So are they for values of lists with standard errors above [`UNDETERMINED`] of the prior. Correlations are
+//! Warnings are given for a search without convergence, residuals outside [`USUAL_RMS`], values farther from their priors
+//! than chance allows ([`PRIOR_QUANTILE`]), and more directions than were computed. So are they for values of lists with standard errors above [`UNDETERMINED`] of the prior. Correlations are
 //! not computed, which is a warning with several lists or any single parameter. The warning on the local minimum is
 //! always there. [`FieldReport::values`] returns the parameters with their values, [`FieldReport::summary`] the text
 //! for the terminal.
@@ -25,6 +25,7 @@ use crate::numerics::stopwatch::Stopwatch;
 use crate::scene::{Parameter, Scene};
 use crate::summary::{ItemTable, Summary, Tone, duration};
 use serde::{Deserialize, Serialize};
+use statrs::distribution::{ChiSquared, ContinuousCDF};
 use std::fmt;
 
 /// Standard error over the prior standard deviation above which the data hardly determine a value. Smaller: more values
@@ -33,6 +34,10 @@ const UNDETERMINED: f64 = 0.9;
 /// Range of the root mean square residual, in sigmas, without a warning. Beyond it the standard errors, which assume
 /// sigma, are wrong.
 const USUAL_RMS: [f64; 2] = [0.8, 1.25];
+
+/// Probability with which the values are as close to their priors as this if the priors are right. Smaller: more right
+/// priors are warned of.
+const PRIOR_QUANTILE: f64 = 0.9999;
 
 /// Estimates of a list along the rod.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -203,8 +208,8 @@ impl FieldReport {
         Ok(values)
     }
 
-    /// Texts of all warnings in a fixed order: no convergence, residuals outside [`USUAL_RMS`] sigmas, missing
-    /// directions, lists with values above [`UNDETERMINED`], correlations, if there are several lists or any single
+    /// Texts of all warnings in a fixed order: no convergence, residuals outside [`USUAL_RMS`] sigmas, a conflict with
+    /// the priors (these with a code), missing directions, lists with values above [`UNDETERMINED`], correlations, if there are several lists or any single
     /// parameter. The last one, on the local minimum, is always there.
     fn all_warnings(&self, optimum: &FieldOptimum<'_>) -> Vec<String> {
         let mut warnings = Vec::new();
@@ -214,16 +219,18 @@ impl FieldReport {
         // Standard errors assume the stated sigma: residuals far from it make them wrong.
         let ratio = self.normalized_residual_rms;
         if !(USUAL_RMS[0]..USUAL_RMS[1]).contains(&ratio) {
-            let fault = match ratio > 1.0 {
-                true => {
-                    "The model lacks an effect, sigma is too small, or the prior of a field is too narrow or too smooth"
-                }
-                false => "Sigma is too large",
+            let (code, fault) = match ratio > 1.0 {
+                true => (
+                    Code::BeyondSigma,
+                    "The model lacks an effect, sigma is too small, or the prior of a field is too narrow or too smooth",
+                ),
+                false => (Code::SigmaDoubtful, "Sigma is too large"),
             };
-            warnings.push(format!(
+            warnings.push(code.behind(format!(
                 "the residuals are {ratio:.2} times the stated sigma. {fault}. The standard errors assume that sigma"
-            ));
+            )));
         }
+        warnings.extend(prior_conflict(optimum).map(|text| Code::PriorConflict.behind(text)));
         // Missing directions are taken for undetermined.
         if !optimum.complete {
             warnings.push(
@@ -255,6 +262,26 @@ impl FieldReport {
     }
 }
 
+/// Text of the warning of values that are farther from their priors than chance allows; `None` otherwise.
+///
+/// With right priors the sum of squares of the estimates `z`, whose prior variance is 1, has the mean `sum r` and the
+/// variance `2 sum r^2` with `r = l/(1 + l)` for every eigenvalue `l` of `J'J`. It is compared with a multiple of a
+/// chi-square distribution with both moments.
+fn prior_conflict(optimum: &FieldOptimum<'_>) -> Option<String> {
+    let parts = optimum.ritz.iter().map(|pair| pair.value.max(0.0) / (1.0 + pair.value.max(0.0)));
+    let [mean, squares] = parts.fold([0.0, 0.0], |[sum, squares], r| [sum + r, squares + r * r]);
+    let freedom = mean * mean / squares;
+    let quantile = ChiSquared::new(freedom).ok()?.inverse_cdf(PRIOR_QUANTILE);
+    let found = 2.0 * half_sum_of_squares(optimum.z);
+    (found > quantile * mean / freedom).then(|| {
+        format!(
+            "the values are {:.1} times as far from their priors as these allow (root mean square). The prior of a field \
+             is too narrow or too smooth, or the model lacks an effect that the values replace",
+            (found / mean).sqrt()
+        )
+    })
+}
+
 impl fmt::Display for FieldReport {
     /// Writes [`FieldReport::summary`] as text.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -264,7 +291,7 @@ impl fmt::Display for FieldReport {
 
 impl FieldReport {
     /// The result as text for a terminal. The first line is whether it converged, with the numbers of values along the
-    /// rod and of compared coordinates. Then follow a table of single parameters (estimate, standard error, unit), and
+    /// rod and of compared coordinates, and the codes of warnings. Then follow a table of single parameters (estimate, standard error, unit), and
     /// one of each list with a row per value: arc length, estimate, standard error. Warnings, number of determined
     /// combinations, residuals in sigmas and cost come last.
     pub fn summary(&self) -> Summary {
@@ -294,6 +321,7 @@ impl FieldReport {
         }
         summary
             .warnings(&self.warnings)
+            .naming_warnings()
             .fact(
                 "Information",
                 format!(

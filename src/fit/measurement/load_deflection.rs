@@ -3,7 +3,8 @@
 //! Input: the load, a number of the scene (as `loads.point.0.force.y`), and its values in the order in which they were
 //! applied, N or N m. For each there is one coordinate of the displacement of a point, m, in world axes. Output:
 //! [`LoadDeflection`], a data set whose differences in a fit are simulated less measured displacement. Displacements
-//! are relative to the equilibrium at a load of zero, under the other loads of the scene. The equilibria are computed
+//! are relative to the equilibrium at a load of zero, under the other loads of the scene. Those of a dial gauge in
+//! `[[sensors]]` have its reading without load added. The equilibria are computed
 //! in the order of the loads: each search begins at the equilibrium under the load before. The camera has no effect.
 //! [`check_load`] rejects other parameters than loads, also for critical loads. Errors: a load that is no force or
 //! moment of the scene, or that is an unknown of the fit; structures; values that are not finite, or displacements of
@@ -13,6 +14,7 @@ use crate::dynamics::record::RecordView;
 use crate::error::{Error, ensure};
 use crate::fit::measurement::dataset::{Abscissa, DataKind, Dataset, Header, ValidationContext};
 use crate::fit::measurement::quantity::GaugeScalar;
+use crate::fit::measurement::sensor_reference::SensorReference;
 use crate::fit::measurement::simulated::{LoadCase, Requirements, SimulatedOutput};
 use crate::fit::structure::structure_problem::refuse_structure;
 use crate::problem::Problem;
@@ -42,6 +44,8 @@ pub struct LoadCurve {
     pub axis: usize,
     /// Loads and displacements, in the order in which the loads were applied.
     pub curve: Vec<LoadedPoint>,
+    /// Dial gauge in `[[sensors]]` of the scene, with its reading without load.
+    pub(crate) gauge: SensorReference,
 }
 
 /// A measured load-deflection curve with its header.
@@ -63,8 +67,21 @@ impl LoadDeflection {
     pub fn new(load: Parameter, point: Point, axis: usize, curve: Vec<LoadedPoint>) -> Self {
         Self {
             header: Header::in_meters(),
-            data: LoadCurve { load, point, axis: axis.min(2), curve },
+            data: LoadCurve {
+                load,
+                point,
+                axis: axis.min(2),
+                curve,
+                gauge: SensorReference::default(),
+            },
         }
+    }
+
+    /// The displacements as readings of a dial gauge of the scene, by its name in `[[sensors]]`: its `zero_offset` is
+    /// added to them.
+    pub fn of_sensor(mut self, name: &str) -> Self {
+        self.data.gauge = SensorReference(Some(name.into()));
+        self
     }
 }
 
@@ -122,7 +139,7 @@ impl DataKind for LoadCurve {
 
     /// Rejects structures, a load that is no force or moment of the scene, a point that is not on the rod, and a curve
     /// without values. Rejects values that are not finite, displacements above [`MOST_DISPLACEMENT`] lengths, and loads
-    /// that the scene does not allow, as a force out of its plane.
+    /// that the scene does not allow, as a force out of its plane. Rejects a gauge that the scene does not have.
     fn check(&self, _header: &Header, context: &ValidationContext) -> Result<(), Error> {
         let ValidationContext { problem, key, label, .. } = context;
         refuse_structure(problem, label, "a load-deflection curve")?;
@@ -144,6 +161,7 @@ impl DataKind for LoadCurve {
                 "up to {MOST_DISPLACEMENT} times the length of the rod; state another unit in the header, as y[mm]"
             ),
         )?;
+        self.gauge.check_gauge(problem, key)?;
         problem.with_fixed_layout([(self.load, self.largest_load())]).map(|_| ())
     }
 
@@ -154,7 +172,8 @@ impl DataKind for LoadCurve {
         outputs.load_cases.extend(loads.map(case));
     }
 
-    /// Calls `each` with simulated less measured displacement, m, in the order of the loads. `simulated` has the
+    /// Calls `each` with simulated less measured displacement, m, in the order of the loads; that of a gauge with its
+    /// reading without load. `simulated` has the
     /// equilibria of this curve: the first one at a load of zero, from which displacements count. Nothing without
     /// equilibria. An error for a point that is not on the rod.
     fn differences<D: GaugeScalar>(
@@ -167,7 +186,10 @@ impl DataKind for LoadCurve {
         let coordinate = |record: &RecordView<'_, D>| -> Result<D, Error> {
             Ok(record.position(&stencil, D::from(0.0))?[self.axis])
         };
-        let start = coordinate(unloaded)?;
+        let mut start = coordinate(unloaded)?;
+        if let Some(gauge) = self.gauge.model(simulated.scene) {
+            start -= gauge.zero_offset;
+        }
         for (record, own) in loaded.iter().zip(&self.curve) {
             each(coordinate(record)? - start - own.displacement);
         }

@@ -3,7 +3,8 @@
 //! Input: the name, or none, and a scene over any scalar. Output: the [`SensorModel`], its delay and its filter, and
 //! the [time of the motion](SensorReference::time_of_motion) that a reading shows. `check` rejects a name that no
 //! sensor of the scene has, filters of both the sensor and the observation, and one of readings at rest.
-//! `check_without_position` rejects the position of a sensor at a point. `require` adds the time of the last reading to
+//! `check_without_position` rejects the position of a sensor at a point, `check_gauge` all numbers of a dial gauge but
+//! its zero offset, which sensors of readings do not have. `require` adds the time of the last reading to
 //! the required outputs of a simulation, and `is_delayed` returns whether times are on a clock with a delay. Without a
 //! name the clock is that of the motion.
 
@@ -81,6 +82,32 @@ impl SensorReference {
         ensure(*position == [0.0; 3], key, format!("{position:?}"), allowed)
     }
 
+    /// The sensor of the scene; none without a name. A name that no sensor of the scene has is an error with `key`.
+    fn known_model<'s>(
+        &self,
+        scene: &'s Scene,
+        key: &str,
+    ) -> Result<Option<&'s SensorModel>, Error> {
+        let Some(name) = &self.0 else { return Ok(None) };
+        let model = self.model(scene);
+        let names: Vec<_> = scene.sensors.iter().map(|sensor| &*sensor.name).collect();
+        let allowed = match names.is_empty() {
+            true => "a sensor of the scene, which has no [[sensors]]".into(),
+            false => format!("one of {}", names.join(", ")),
+        };
+        ensure(model.is_some(), format!("{key}.sensor"), format!("{name:?}"), allowed)?;
+        Ok(model)
+    }
+
+    /// Rejects a name that no sensor of the scene has, and a dial gauge with other numbers than its zero offset, which
+    /// have no meaning for displacements at rest. Errors have the key.
+    pub(crate) fn check_gauge(&self, problem: &Problem, key: &str) -> Result<(), Error> {
+        let Some(model) = self.known_model(problem.scene(), key)? else { return Ok(()) };
+        let plain = SensorModel { zero_offset: model.zero_offset, ..SensorModel::new(&model.name) };
+        let (key, found) = (format!("sensors.{}", model.name), "other numbers");
+        ensure(*model == plain, key, found, "zero_offset only, for displacements under loads")
+    }
+
     /// Rejects a filter of the observation that is not positive, a name that no sensor of the scene has, filters of
     /// both the sensor and the observation, and a filter of readings at rest. `check_rotation` rejects a rotation
     /// vector of the sensor, rad, that the quantity does not have. Errors have the key.
@@ -101,16 +128,11 @@ impl SensorReference {
             positive(&format!("{key}.filter.low_pass"), frequency)?;
         }
         check_filter(low_pass.is_some(), format!("{key}.filter"))?;
-        let Some(name) = &self.0 else { return Ok(()) };
-        let Some(model) = self.model(problem.scene()) else {
-            let names: Vec<_> =
-                problem.scene().sensors.iter().map(|sensor| &*sensor.name).collect();
-            let allowed = match names.is_empty() {
-                true => "a sensor of the scene, which has no [[sensors]]".into(),
-                false => format!("one of {}", names.join(", ")),
-            };
-            return Err(Error::invalid(format!("{key}.sensor"), format!("{name:?}"), allowed));
-        };
+        let Some(model) = self.known_model(problem.scene(), key)? else { return Ok(()) };
+        let name = &model.name;
+        let allowed = "0: `tare` of the observation is the offset of its readings";
+        let offset = model.zero_offset;
+        ensure(offset == 0.0, format!("sensors.{name}.zero_offset"), offset, allowed)?;
         check_rotation(model.rotation, name)?;
         // A component that is a parameter takes other values.
         for (c, axis) in ["x", "y", "z"].into_iter().enumerate() {

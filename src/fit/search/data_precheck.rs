@@ -29,7 +29,7 @@ use crate::fit::misfit::residual_tests::{ResidualSeries, ResidualTests, signific
 use crate::fit::unknown::Unknown;
 use crate::input::onset::onset_of_motion;
 use crate::numerics::upper_median;
-use crate::numerics::vector::{Vector, dot, scale, sub};
+use crate::numerics::vector::{Vector, dot, norm, scale, sub};
 use crate::scene::{InitialState, Parameter, Point, Shape, Support};
 
 /// Distances of the first sample from the start in the scene, over the length of the rod: above the first one a
@@ -229,11 +229,6 @@ impl PointMotion {
         });
         upper_median(differences).map_or(0.0, |median| DEVIATION_OF_MEDIAN * median)
     }
-}
-
-/// The Euclidean length of a vector, in its unit.
-fn norm(a: Vector<f64>) -> f64 {
-    dot(a, a).sqrt()
 }
 
 /// The recording of a point of a rod that starts at rest, with the point's position in the scene.

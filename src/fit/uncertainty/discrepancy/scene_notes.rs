@@ -57,10 +57,10 @@ pub(crate) fn scene_notes(fitted: Fitted, warnings: &mut Warnings) {
             (false, false) => Purpose::Modes,
         };
         let mut notes = problem.plausibility_notes(purpose);
-        // Equilibria and modes beside a motion have no friction either.
+        // Equilibria and modes beside a motion have their own warnings.
         let has_modes = experiment.measurements.iter().any(|m| !m.requirements().modes.is_empty());
         if purpose == Purpose::Motion && (at_rest || has_modes) {
-            notes.extend(problem.frictionless_note());
+            notes.extend(problem.notes_at_rest());
         }
         let modulus = problem.scene().material.youngs_modulus;
         let strains = [

@@ -1,7 +1,7 @@
 //! Omitted effects of a fit with their plausible sizes, and the experiments with their terms added.
 //!
-//! [`ExtendedExperiments::new`] selects effects from the table of omitted effects, then those of structures and of load
-//! cells. It leaves out effects whose number is identified or a known input in any experiment, or that the scenes
+//! [`ExtendedExperiments::new`] selects effects from the table of omitted effects, then those of structures, load
+//! cells and dial gauges. It leaves out effects whose number is identified or a known input in any experiment, or that the scenes
 //! state, do not define or exclude beside such a parameter. The terms of all others are added to copies of the
 //! experiments; each takes those that its scene can have. The plausible size is that of the first experiment in which
 //! an effect of the table is defined, unless the options of the fit give one; other effects always have the usual one.
@@ -15,6 +15,7 @@ use crate::fit::measurement::experiment::Experiment;
 use crate::fit::search::fitted::Fitted;
 use crate::fit::uncertainty::analysis::Analysis;
 use crate::fit::uncertainty::budget::input_changes::InputChange;
+use crate::fit::uncertainty::discrepancy::dial_gauge_effects::DialGauge;
 use crate::fit::uncertainty::discrepancy::experiment_effect::{EffectTerm, ExperimentEffect};
 use crate::fit::uncertainty::discrepancy::load_cell_effects::LoadCell;
 use crate::fit::uncertainty::discrepancy::omitted_effects::{OMITTED_EFFECTS, OmittedEffect};
@@ -103,6 +104,7 @@ impl ExtendedExperiments {
         }
         effects.extend(effects_of_experiments::<StructureTerm>(&mut experiments, &stated));
         effects.extend(effects_of_experiments::<LoadCell>(&mut experiments, &stated));
+        effects.extend(effects_of_experiments::<DialGauge>(&mut experiments, &stated));
         Ok(Self { experiments, effects })
     }
 }
