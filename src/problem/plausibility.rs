@@ -27,8 +27,8 @@ const SOFTEST_SOLID: f64 = 1e3;
 const STIFFEST_SOLID: f64 = 1.3e12;
 /// Pairs of a density, kg/m^3, and the smallest Young's modulus of denser materials, Pa, the largest density first.
 /// Silicone has 1e5 Pa at 1200 kg/m^3 and, filled with iron, at 2400; rubber with magnetic powder 1e6 Pa at 4000;
-/// metals have more than 1e9 Pa.
-const SOFTEST_OF_DENSITY: [[f64; 2]; 2] = [[4000.0, 1e7], [2400.0, 5e4]];
+/// metals have more than 1e9 Pa, lead, the softest of them, 1.6e10.
+const SOFTEST_OF_DENSITY: [[f64; 2]; 3] = [[7000.0, 1e9], [4000.0, 1e7], [2400.0, 5e4]];
 /// Densities above this, kg/m^3, are those of metals, glass or composites, whose moduli are given in GPa.
 const GIVEN_IN_GIGAPASCALS: f64 = 1500.0;
 /// Radius or width beyond those of rods, m; larger ones are probably given in mm.
@@ -64,10 +64,10 @@ impl Problem {
         units(&self.scene, self.length()).is_some()
     }
 
-    /// Whether Young's modulus is that of no solid.
+    /// Whether Young's modulus is that of no solid, or of none with this density.
     pub(crate) fn has_implausible_modulus(&self) -> bool {
-        let modulus = self.scene.material.youngs_modulus;
-        !(SOFTEST_SOLID..=STIFFEST_SOLID).contains(&modulus)
+        let (modulus, density) = (self.scene.material.youngs_modulus, self.scene.material.density);
+        !(softest_solid(density)..=STIFFEST_SOLID).contains(&modulus)
     }
 
     /// Warnings, each with its code, first of implausible units (one for all numbers), then of missing gravity for the
@@ -208,6 +208,12 @@ impl Problem {
     }
 }
 
+/// Young's modulus of the softest solids of a density, Pa.
+fn softest_solid(density: f64) -> f64 {
+    let least = SOFTEST_OF_DENSITY.iter().find(|[above, _]| density > *above);
+    least.map_or(SOFTEST_SOLID, |[_, modulus]| *modulus)
+}
+
 /// Message about all numbers that appear to be in other units than SI, each with its value and the likely unit.
 /// Compared with the constants of this module are density, Young's modulus, thickness, length, gravity, angles,
 /// attached masses (with the mass of the rod) and offsets of tendons (with the length). The modulus is also compared
@@ -228,13 +234,12 @@ fn units(scene: &Scene, length: f64) -> Option<String> {
     } else if density > HEAVIEST_SOLID {
         add("material.density", density, "kg/m^3", "g/m^3");
     }
-    let softest = SOFTEST_OF_DENSITY.iter().find(|[above, _]| density > *above);
     if modulus < SOFTEST_SOLID {
         // Moduli of dense materials are given in GPa in data sheets, those of light ones in MPa.
         let gigapascals = density > GIVEN_IN_GIGAPASCALS;
         add("material.youngs_modulus", modulus, "Pa", if gigapascals { "GPa" } else { "MPa" });
-    } else if softest.is_some_and(|[_, least]| modulus < *least) {
-        add("material.youngs_modulus", modulus, "Pa", "MPa");
+    } else if modulus < softest_solid(density) {
+        add("material.youngs_modulus", modulus, "Pa, softer than solids of this density", "MPa");
     } else if modulus > STIFFEST_SOLID {
         add("material.youngs_modulus", modulus, "Pa, stiffer than diamond", "another unit");
     }

@@ -58,7 +58,7 @@ neutral_equilibrium newton nodal node_history noise noise_scale nonlinear nonlin
 numbers numerics observation_form observation_row observed_experiment observed_information
 observed_nodes obstacle_motion obstacles omitted_effects one_sided_bound onset operators optimum
 out_of_line outcome outlying_experiments output overlap overlay overlay_run own page parameter
-parameter_form parameters part_file path pencil penetration per_axis perturbation phi_function place
+parameter_form parameters part_file path pencil penetration per_axis perturbation phi_function place placeholder_frames
 placement plan planar planar_bend planarity plane platform plausibility player plot_data plotted
 point point_acceleration point_angle point_channel point_pose point_strain points polyline pose_form
 pose_sensor pose_table posterior power_law predict prediction predictor prescribed_dofs

@@ -128,6 +128,38 @@ fn repeated_frames_are_reported_and_lower_the_grade() {
     assert_ne!(doubled.grade, Grade::Trustworthy);
 }
 
+/// A fitted modulus that no solid of the density has lowers the grade, as of a rod whose width and height are exchanged.
+#[test]
+fn modulus_too_low_for_the_density_lowers_the_grade() {
+    let heavy = |factor: f64| {
+        let mut scene = scene();
+        scene.material.density *= factor;
+        scene.material.youngs_modulus *= factor;
+        let data = noisy(&observe(&scene, 60), SIGMA, 1);
+        fit_with(&scene, &data, &UNKNOWNS, of_a_right_mesh())
+    };
+    // The density of steel, with 6e8 Pa; the motion is the same.
+    let [light, heavy] = [1.0, 6.2].map(heavy);
+    assert!(light.grade == Grade::Trustworthy && !has(&light, "implausible-units"), "{light}");
+    assert!(heavy.grade != Grade::Trustworthy && has(&heavy, "implausible-units"), "{heavy}");
+}
+
+/// Frames in which a tracker lost the marker and wrote a constant are refused, also at the start, where they would look
+/// like a start far from the rod.
+#[test]
+fn placeholders_of_lost_frames_are_refused() {
+    let clean = noisy(&observe(&scene(), 100), SIGMA, 4);
+    for lost in [[0, 1, 40], [30, 31, 77]] {
+        let mut data = clean.clone();
+        for k in lost {
+            data.samples[k].position = [Some(-1.0), Some(-1.0), None];
+        }
+        let fit = Fit::new(&scene().problem().unwrap()).observe(data);
+        let error = fit.identify(Parameter::YoungsModulus).solve().unwrap_err().to_string();
+        assert!(error.contains("in 3 of 100 frames") && error.contains("an empty cell"), "{error}");
+    }
+}
+
 /// A stated sigma that is three times too large or too small is reported.
 #[test]
 fn stated_sigma_off_by_three_is_reported() {

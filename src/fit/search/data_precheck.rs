@@ -8,7 +8,8 @@
 //! unknown of the camera or the clamp angle, have none of these three. Output: [`DataPrecheck`] with the fatal reason,
 //! and with suspicions that name likely causes and corrections. The report has the suspicions if the fit does not
 //! explain the data; `explain` adds them to the error of a search that failed. A start beyond the second
-//! [`START_DISTANCE`] is an error, and so is a point that is not on the rod.
+//! [`START_DISTANCE`] is an error, and so are a point that is not on the rod and a recording with a placeholder of lost
+//! frames.
 //!
 //! Time scale: consider a straight rod at rest that is released under its weight alone. The mean displacement of a
 //! point downward times the square of its circular frequency is about the acceleration of gravity `g`, whatever the
@@ -23,6 +24,7 @@ use crate::fit::measurement::dataset::Abscissa;
 use crate::fit::measurement::experiment::Experiment;
 use crate::fit::measurement::loss::Loss;
 use crate::fit::measurement::motion::{PointMotion, Sample};
+use crate::fit::measurement::placeholder_frames::refuse_placeholder_frames;
 use crate::fit::measurement::repeated_frames::RepeatedFrames;
 use crate::fit::misfit::camera::View;
 use crate::fit::misfit::residual_tests::{ResidualSeries, ResidualTests, significance_level};
@@ -104,13 +106,17 @@ impl DataPrecheck {
     /// with an unknown of the camera or the clamp angle, which change the recorded start, have no other checks. In the
     /// others each released motion may add suspicions: a late release, a far start, and (without a late release) an
     /// implausible time scale. Constant coordinates and repeated frames are left empty, for the caller to set. An error
-    /// for a start too far from the point in the scene, or a point that is not on the rod.
+    /// for a placeholder of lost frames, a start too far from the point in the scene, or a point that is not on the rod.
     pub fn new(fitted: &[Experiment], unknowns: &[Unknown]) -> Result<Self, Error> {
         let mut precheck = Self::default();
         let mut add = |code: Code, text: Option<String>| {
             precheck.suspicions.extend(text.map(|text| Suspicion { code, text }));
         };
         for experiment in fitted {
+            // A placeholder of lost frames looks like a motion, or like a start far away.
+            for measurement in &experiment.measurements {
+                refuse_placeholder_frames(measurement, &experiment.label(measurement))?;
+            }
             // No search can succeed on data that show no motion.
             if experiment.has_no_motion() {
                 precheck.fatal = Some(experiment.no_motion_message());
