@@ -75,22 +75,22 @@ fn recommended(warning: &str) -> f64 {
 const SCENES: [Released; 4] = [
     Released {
         name: "sagging",
-        modulus: 5e7,
-        end: 1.5,
+        modulus: 2e8,
+        end: 0.75,
         scheme: "",
         loads: "gravity = [0, -9.81, 0]",
     },
     Released {
         name: "implicit",
-        modulus: 5e7,
-        end: 1.5,
+        modulus: 2e8,
+        end: 0.75,
         scheme: "beta = 0.7",
         loads: "gravity = [0, -9.81, 0]",
     },
     Released {
         name: "generalised-alpha",
-        modulus: 5e7,
-        end: 1.5,
+        modulus: 2e8,
+        end: 0.75,
         scheme: "scheme = \"generalised-alpha\"\nrho_inf = 0.5",
         loads: "gravity = [0, -9.81, 0]",
     },

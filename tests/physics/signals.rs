@@ -5,6 +5,7 @@ use rodfit::scene::{
     InitialState, Interpolation, LineForce, Material, Point, PointForce, Scene, Scheme, Signal,
     SignalKind, Time,
 };
+use rodfit::vibration::LinearizationPoint;
 use std::f64::consts::TAU;
 
 use crate::common::{
@@ -212,6 +213,7 @@ fn loads_that_are_zero_at_rest_are_reported() {
     scene.loads.at_time = 0.0;
     scene.loads.point[0].signal = None;
     scene.loads.line.clear();
+    scene.signals.clear();
     assert_eq!(found(&scene), [Vec::<String>::new(), Vec::new()]);
 }
 
