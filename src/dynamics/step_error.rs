@@ -130,20 +130,22 @@ impl StepError {
         let (error, extent) = (self.estimate(), self.extent());
         // The error of a dissipative beta is proportional to the step, the others to its square.
         let order = if self.factors[0] > 0.0 { 1.0 } else { 0.5 };
-        let step = 0.9 * self.step / excess.powf(order);
+        let step = 0.8 * self.step / excess.powf(order);
+        // Rounded down to one digit.
+        let decade = 10.0_f64.powf(step.log10().floor());
+        let step = decade * (step / decade).floor();
         // An error of the size of the motion means only that the motion is not resolved.
         let found = match error < 0.5 * extent {
             true => format!(
-                "has an estimated error of {:.1} % of the rod length",
-                100.0 * error / self.length
+                "has an estimated error of {error:.1e} m, {:.0} % of the largest displacement",
+                100.0 * error / extent
             ),
             false => "does not resolve the motion".into(),
         };
         format!(
-            "the given time step of {:.2e} s {found}, at displacements of up to {:.1} % of the length. Use time.step = \
-             {step:.0e} or less, or omit time.step and time.scheme to let the program choose them",
-            self.step,
-            100.0 * extent / self.length
+            "the given time step of {:.2e} s {found}. Use time.step = {step:.0e} or less, or omit time.step and \
+             time.scheme to let the program choose them",
+            self.step
         )
     }
 }

@@ -62,7 +62,7 @@ impl Released {
 /// The stated error of a warning, as a fraction of the length; `None` where it says that the motion is not resolved.
 fn stated(warning: &str) -> Option<f64> {
     let (_, words) = warning.split_once("estimated error of ")?;
-    Some(words.split(' ').next()?.parse::<f64>().unwrap() / 100.0)
+    Some(words.split(' ').next()?.parse::<f64>().unwrap() / LENGTH)
 }
 
 /// The step that a warning recommends, s.
@@ -135,7 +135,7 @@ fn coarse_given_steps_are_warned_of() {
 #[test]
 fn recommended_steps_suffice() {
     for scene in &SCENES {
-        let warning = scene.run(40).warning.unwrap();
+        let warning = scene.run(20).warning.unwrap();
         let steps = (scene.end / recommended(&warning)).ceil() as usize;
         let run = scene.run(steps);
         println!("{}: {steps} steps, {:?}", scene.name, run.warning);
