@@ -66,7 +66,7 @@ table! {
         /// Gravity, forces and damping.
         #[serde(default)]
         pub loads: StructureLoads<D> = TABLE,
-        /// Obstacles that all rods touch, without damping and friction.
+        /// Obstacles that all rods touch.
         #[serde(default, skip_serializing_if = "Vec::is_empty")]
         pub contacts: Vec<Contact<D>> = TABLE,
         /// State at t = 0.
@@ -495,18 +495,12 @@ impl StructureScene {
         ensure(!is_recorded, "time.scheme", &found, allowed)
     }
 
-    /// Rejects invalid contacts ([`check_contacts`]) of any rod, damping and friction of a contact, whose derivatives
-    /// are not symmetric, and obstacles that are moved by a recording.
+    /// Rejects invalid contacts ([`check_contacts`]) of any rod, and obstacles that are moved by a recording.
     fn check_contacts(&self) -> Result<(), Error> {
         for rod in &self.rods {
             check_contacts(&self.contacts, &rod.section)?;
         }
         for (i, contact) in self.contacts.iter().enumerate() {
-            let allowed = "no such key: contacts of a structure have neither damping nor friction";
-            let names = ["damping", "friction", "slip_velocity"];
-            for (name, given) in names.into_iter().zip(contact.given_losses()) {
-                ensure(given.is_none(), format!("contacts[{i}].{name}"), "a number", allowed)?;
-            }
             for (k, motion) in contact.motions().iter().enumerate() {
                 let key = format!("contacts[{i}].motion[{k}].file");
                 let allowed = "no such key for a structure: a displacement with ramp or frequency";

@@ -1,0 +1,386 @@
+//! Damping and friction of contacts of structures: against a rod alone, Coulomb's law on an incline, momentum and energy, and
+//! derivatives.
+
+use crate::derivative_checks::{dual_run, shifted};
+use crate::scenes::{joint, spatial_rod, support, twisting_steel};
+use nalgebra::{DMatrix, DVector};
+use num_dual::Dual64;
+use rodfit::numerics::tangent::{Factors, Tangent};
+use rodfit::rod::{Rod, StepVelocities};
+use rodfit::{Derivatives, Scene, Structure, StructureScene};
+
+/// Gravitational acceleration, m/s^2.
+const GRAVITY: f64 = 9.81;
+/// Radius of all rods, m.
+const RADIUS: f64 = 3e-3;
+const DIMENSIONS: [&str; 2] = ["dimension = \"planar\"\n", "dimension = \"spatial\"\n"];
+
+/// The structure of these texts, of rods with this Young's modulus, Pa, and the radius `RADIUS`.
+fn structure(dimension: &str, modulus: f64, parts: &[String]) -> Structure {
+    let text = dimension.to_string() + &twisting_steel() + &parts.concat();
+    let text = text.replace("2e11", &format!("{modulus:e}")).replace("radius = 1e-3", "radius = 3e-3");
+    Structure::new(StructureScene::from_toml(&text, ".").unwrap()).unwrap()
+}
+
+/// Text of gravity along -y.
+fn gravity() -> String {
+    format!("[loads]\ngravity = [0, {:?}, 0]\n", -GRAVITY)
+}
+
+/// Text of a plane through a point with this normal and these further keys.
+fn plane([x, y]: [f64; 2], [nx, ny]: [f64; 2], keys: &str) -> String {
+    format!("[[contacts]]\nkind = \"plane\"\npoint = [{x:?}, {y:?}, 0]\nnormal = [{nx:?}, {ny:?}, 0]\n{keys}\n")
+}
+
+/// Text of a duration and a step, s, with these further keys.
+fn time(end: f64, step: f64, keys: &str) -> String {
+    format!("[time]\nend = {end:?}\nstep = {step:e}\n{keys}\n")
+}
+
+/// Losses of the contacts below.
+const LOSSES: &str = "friction = 0.4\ndamping = 8.0\nslip_velocity = 5e-3";
+
+/// A cantilever that falls on a floor with damping and friction moves in a structure as the same rod alone, and the floor has the
+/// same force on it.
+#[test]
+fn structure_of_one_rod_moves_as_the_rod() {
+    for dimension in DIMENSIONS {
+        let floor = plane([0.0, -0.02], [0.1, 1.0], LOSSES);
+        let time = time(0.15, 5e-4, "tolerance = \"rounding\"");
+        let parts = [
+            spatial_rod("a", 12, 0.3, [1.0, 0.0, 0.0]),
+            support("a.start", "clamped"),
+            gravity(),
+            floor.clone(),
+            time.clone(),
+        ];
+        let own = structure(dimension, 2e8, &parts);
+        let mut motion = own.simulation().unwrap();
+        let alone = format!(
+            "[rod]\n{dimension}segments = 12\nshape = {{ kind = \"straight\", length = 0.3, direction = [1, 0, 0] }}\n\
+             section = {{ kind = \"circle\", radius = 3e-3 }}\n\
+             [material]\ndensity = 7800\nyoungs_modulus = 2e8\npoisson_ratio = 0.3\n\
+             [supports]\nstart = \"clamped\"\n{}{floor}{time}",
+            gravity()
+        );
+        let alone = Scene::from_toml(&alone, ".").unwrap().problem().unwrap().simulate().unwrap();
+        let (mut off, mut energy, mut pull) = (0.0_f64, 0.0_f64, 0.0_f64);
+        for k in 1..=300 {
+            motion.step_to(alone.times()[k]).unwrap();
+            let (found, tip) = (motion.shape().rods["a"].tip, alone.tip(k));
+            off = (0..3).map(|c| (found[c] - tip[c]).abs()).fold(off, f64::max);
+            energy = energy.max((motion.energies().total() - alone.energies()[k].total()).abs());
+            // Along the floor, against the normal force.
+            let [x, y, _] = motion.contact_forces()[0];
+            pull = pull.max((x - 0.1 * y).abs() / (y + 0.1 * x).max(1e-6));
+        }
+        println!("{dimension}: off by {off:.1e} m, {energy:.1e} J; friction {pull:.4} of the normal force");
+        assert!(off < 1e-9 && energy < 1e-9, "{off:e} {energy:e}");
+        assert!(pull > 0.3 && pull < 0.4 + 1e-9, "{pull}");
+    }
+}
+
+/// A free rod of two welded pieces falls on an incline and slides down as one rod of the same length, with an error of second
+/// order in the edges.
+#[test]
+fn welded_rod_slides_as_one_rod() {
+    for dimension in DIMENSIONS {
+        let keys = format!("{LOSSES}\nstiffness = 1e8");
+        let end = |parts: &[String]| {
+            let rest = [gravity(), plane([0.0, -0.004], [0.5, 1.0], &keys), time(0.1, 5e-4, "")];
+            let own = structure(dimension, 2e8, &[parts, &rest[..]].concat());
+            let mut motion = own.simulation().unwrap();
+            (1..=200).for_each(|k| motion.step_to(5e-4 * f64::from(k)).unwrap());
+            let shape = motion.shape();
+            assert!(motion.contact_forces()[0][1] > 0.0);
+            shape.rods["a"].tip
+        };
+        let direction = [1.0, -0.35, 0.0];
+        let off = [16, 32].map(|segments| {
+            let whole = end(&[spatial_rod("a", segments, 0.2, direction)]);
+            let welded = end(&[
+                spatial_rod("b", segments / 2, 0.1, direction),
+                spatial_rod("a", segments / 2, 0.1, direction),
+                joint("rigid", &["b.end", "a.start"], ""),
+            ]);
+            (0..3).map(|c| (whole[c] - welded[c]).abs()).fold(0.0, f64::max)
+        });
+        println!("{dimension}: off by {off:?} m");
+        assert!(off[1] < 0.5 * off[0] && off[1] < 1e-4, "{off:?}");
+    }
+}
+
+/// Rods that are welded at right angles, in the surface of an incline. They slide with g (sin - mu cos), or creep below the slip
+/// velocity `s` at the speed y s with 2 y - y^2 = tan/mu. In a plane the rods form a straight line.
+#[test]
+fn stiff_structure_on_an_incline_sticks_below_the_friction_angle_and_slides_above() {
+    let angle: f64 = 0.4;
+    let (sin, cos) = angle.sin_cos();
+    for (dimension, across) in DIMENSIONS.iter().zip([[cos, -sin, 0.0], [0.0, 0.0, 1.0]]) {
+        for (friction, slides) in [(0.2, true), (0.45, false), (0.7, false)] {
+            let keys = format!("friction = {friction}\ndamping = 20.0\nstiffness = 1e9");
+            let own = structure(dimension, 2e10, &[
+                spatial_rod("a", 8, 0.1, [cos, -sin, 0.0]),
+                spatial_rod("b", 8, 0.1, across),
+                joint("rigid", &["a.end", "b.start"], ""),
+                gravity(),
+                plane([-RADIUS * sin, -RADIUS * cos], [sin, cos], &keys),
+                time(0.2, 2e-4, "scheme = \"newmark-beta\"\nbeta = 0.55"),
+            ]);
+            let mut motion = own.simulation().unwrap();
+            let ends: Vec<[f64; 3]> = [0.05, 0.1, 0.15, 0.2].into_iter().flat_map(|t| {
+                let steps = (t / 2e-4_f64).round() as u32;
+                ((steps - 249)..=steps).for_each(|k| motion.step_to(2e-4 * f64::from(k)).unwrap());
+                Some(motion.shape().rods["b"].tip)
+            }).collect();
+            let place = |[x, y, _]: [f64; 3]| x * cos - y * sin;
+            let way = |k: usize| place(ends[k + 1]) - place(ends[k]);
+            let drift = (ends[3][2] - ends[1][2]).abs();
+            println!("{dimension}, mu {friction}: {:.3e}, {:.3e} m, aside {drift:.1e} m", way(0), way(2));
+            if slides {
+                let ratio = (way(2) - way(0)) / 0.1 / 0.05 / (GRAVITY * (sin - friction * cos));
+                println!("acceleration {ratio:.5} of theory");
+                assert!((ratio - 1.0).abs() < 1e-2, "{ratio}");
+                assert!(drift < 1e-3 * way(2), "{drift:e}");
+            } else {
+                let creep = 1e-3 * (1.0 - (1.0 - angle.tan() / friction).sqrt());
+                assert!((way(2) / 0.05 / creep - 1.0).abs() < 1e-2, "{} {creep}", way(2) / 0.05);
+            }
+        }
+    }
+}
+
+/// A frame of two welded rods and a body on a sprung arm that falls on a floor, with these keys of the floor and the time.
+fn falling(dimension: &str, modulus: f64, floor: &str, times: &str) -> Structure {
+    let body = "[[bodies]]\nname = \"bob\"\nmass = 0.02\ninertia = 3e-6\nposition = [0.34, 0.06, 0.0]\n";
+    structure(dimension, modulus, &[
+        spatial_rod("a", 8, 0.15, [1.0, -0.1, 0.0]),
+        spatial_rod("b", 8, 0.1, [1.0, 0.2, 0.0]),
+        spatial_rod("c", 8, 0.1, [0.7, 0.7, 0.0]),
+        match dimension.contains("planar") {
+            true => body.into(),
+            false => body.replace("3e-6", "[3e-6, 4e-6, 2e-6]"),
+        },
+        joint("rigid", &["a.end", "b.start"], ""),
+        joint("spring", &["b.end", "c.start"], "rotation = 0.5"),
+        joint("rigid", &["bob", "c.end"], ""),
+        gravity(),
+        plane([0.0, -0.022], [0.1, 1.0], floor),
+        times.into(),
+    ])
+}
+
+/// The momentum of a free structure changes by weight and contact forces alone, friction included; the scheme takes the mean of
+/// both ends of a step.
+#[test]
+fn contact_forces_with_friction_change_the_momentum() {
+    let mut ends = Vec::new();
+    for dimension in DIMENSIONS {
+        let floor = format!("{LOSSES}\nstiffness = 1e8");
+        let times = time(0.08, 2e-4, "tolerance = \"rounding\"\nscheme = \"newmark-beta\"");
+        let own = falling(dimension, 2e9, &floor, &times);
+        let mut motion = own.simulation().unwrap();
+        let mass = 7800.0 * std::f64::consts::PI * RADIUS * RADIUS * 0.35 + 0.02;
+        let (mut impulse, mut before, mut largest) = ([0.0; 3], [0.0; 3], 0.0_f64);
+        for k in 1..=400 {
+            let last = motion.time();
+            motion.step_to(2e-4 * f64::from(k)).unwrap();
+            let force = motion.contact_forces()[0];
+            for c in 0..3 {
+                let weight = if c == 1 { mass * GRAVITY } else { 0.0 };
+                impulse[c] += (0.5 * (before[c] + force[c]) - weight) * (motion.time() - last);
+            }
+            (before, largest) = (force, largest.max(force[0].abs()));
+        }
+        let momentum = match motion.simulation().momentum_in_space() {
+            Some([linear, _]) => linear,
+            None => [motion.momentum()[0], motion.momentum()[1], 0.0],
+        };
+        println!("{dimension}: momentum {momentum:?}, impulse {impulse:?} N s, largest {largest:.2} N");
+        assert!(largest > 0.3 * mass * GRAVITY, "{largest}");
+        for c in 0..3 {
+            assert!((momentum[c] - impulse[c]).abs() < 1e-9 * mass * GRAVITY, "{momentum:?} {impulse:?}");
+        }
+        ends.push(motion.shape().rods["c"].tip);
+    }
+    println!("{ends:?}");
+    assert!((0..3).all(|c| (ends[0][c] - ends[1][c]).abs() < 1e-8), "{ends:?}");
+}
+
+/// The total energy of a structure that falls on a floor with damping and friction never rises by more than the scheme's error.
+#[test]
+fn energy_never_rises_with_damping_and_friction() {
+    for (dimension, losses) in [(0, LOSSES), (1, LOSSES), (1, "damping = 8.0"), (0, "friction = 0.4")] {
+        let rises = [2e-4, 1e-4].map(|step| {
+            let floor = format!("{losses}\nstiffness = 1e8");
+            let own = falling(DIMENSIONS[dimension], 2e9, &floor, &time(0.2, step, ""));
+            let mut motion = own.simulation().unwrap();
+            let (mut energy, start) = (motion.energies().total(), motion.energies().total());
+            let (mut rise, mut kinetic) = (0.0_f64, 0.0_f64);
+            let times = own.time().unwrap();
+            for k in 1..=times.steps() {
+                motion.step_to(times.at(k)).unwrap();
+                let now = motion.energies();
+                rise = rise.max(now.total() - energy);
+                kinetic = kinetic.max(now.kinetic);
+                energy = now.total();
+            }
+            let lost = start - energy;
+            println!("{losses:?}: rises by up to {:.1e}, loses {:.3} of the kinetic energy", rise / kinetic, lost / kinetic);
+            assert!(lost > 0.1 * kinetic, "{lost} {kinetic}");
+            rise / kinetic
+        });
+        assert!(rises[1] < 1e-4, "{rises:?}");
+    }
+}
+
+/// Unknowns of a frame on the floor with deep overlaps, and their velocities.
+fn pressed(own: &Structure) -> [Vec<f64>; 2] {
+    let at_rest = own.at_rest();
+    let assembly = at_rest.assembly.clone().by_increments();
+    let (mut q, space) = (at_rest.q.clone(), assembly.is_spatial());
+    let stride = if space { 4 } else { 2 };
+    let v: Vec<f64> = (0..q.len()).map(|i| 0.05 * (1.7 * i as f64).sin()).collect();
+    let rods = assembly.body_coordinates().start;
+    let bends = |i: usize| 2e-4 * (0.9 * i as f64).cos();
+    (0..q.len()).for_each(|i| q[i] += if i >= rods { 0.2 * bends(i) } else { bends(i) });
+    // All nodes and centers move down.
+    (0..rods).skip(1).step_by(stride).for_each(|i| q[i] -= 1e-3);
+    [q, v]
+}
+
+/// Derivatives of the losses and factors of their tangent, against dual numbers and dense matrices. All joints touch a sphere or
+/// the floor.
+#[test]
+fn tangent_of_losses_agrees_with_dual_numbers() {
+    let slope = 400.0;
+    for dimension in DIMENSIONS {
+        let floor = format!("{LOSSES}\nstiffness = 1e8\ncontact_radius = 0.05");
+        let own = falling(dimension, 2e9, &floor, &time(0.1, 1e-3, ""));
+        let [q, v] = pressed(&own);
+        let (assembly, n) = (own.at_rest().assembly.clone().by_increments(), q.len());
+        let frames = &own.at_rest().frames;
+        let dual = own.at_rest_over(|_, value, _| Dual64::from(value)).unwrap();
+        let dual_assembly = dual.assembly.by_increments();
+        let (mut forces, mut tangent) = (vec![0.0; n], assembly.zero_tangent());
+        let velocities = StepVelocities { velocity: &v[..], slope };
+        assert!(assembly.has_contact_losses());
+        assembly.add_contact_losses(&q, frames, velocities, &mut forces, Some(&mut tangent));
+        let tied: Vec<usize> = assembly.unknowns_without_effect().collect();
+        let bodies = assembly.body_coordinates();
+        assert!(bodies.clone().any(|i| forces[i] != 0.0), "no forces on carried nodes");
+        for seed in 1..=3 {
+            let mut x: Vec<f64> = (0..n).map(|i| (1.3 * (seed * i) as f64).cos()).collect();
+            tied.iter().for_each(|i| x[*i] = 0.0);
+            let mut change = x.clone();
+            assembly.convert_correction(&q, frames, &mut change);
+            let along = |x: &[f64], rate: f64| -> Vec<Dual64> {
+                x.iter().zip(&change).map(|(x, d)| Dual64::new(*x, rate * d)).collect()
+            };
+            let (moved, rates) = (along(&q, 1.0), along(&v, slope));
+            let velocities = StepVelocities { velocity: &rates[..], slope: Dual64::from(slope) };
+            let mut exact = vec![Dual64::from(0.0); n];
+            dual_assembly.add_contact_losses(&moved, &dual.frames, velocities, &mut exact, None);
+            let mut product = vec![0.0; n];
+            tangent.product(&x, &mut product);
+            tied.iter().for_each(|i| product[*i] = 0.0);
+            let by_entries = |i: usize| -> f64 { (0..n).map(|j| tangent.get(i, j) * x[j]).sum() };
+            let size = exact.iter().fold(0.0_f64, |size, f| size.max(f.eps.abs()));
+            let of_bodies = bodies.clone().fold(0.0_f64, |size, i| size.max(exact[i].eps.abs()));
+            println!("{dimension}{seed}: {size:.3e}, of bodies {of_bodies:.3e} N");
+            assert!(of_bodies > 1e-3 * size);
+            for i in (0..n).filter(|i| !tied.contains(i)) {
+                assert!((exact[i].re - forces[i]).abs() < 1e-12 * size / slope);
+                let off = (exact[i].eps - product[i]).abs().max((product[i] - by_entries(i)).abs());
+                assert!(off < 1e-9 * size, "{i}: {} {}", exact[i].eps, product[i]);
+            }
+        }
+        // The matrix of a step, with elastic forces.
+        let mut gradient = vec![0.0; n];
+        assembly.tangent(&q, frames, Derivatives::Hand, &mut gradient, &mut tangent);
+        let velocities = StepVelocities { velocity: &v[..], slope };
+        assembly.add_contact_losses(&q, frames, velocities, &mut gradient, Some(&mut tangent));
+        let shift = slope * slope;
+        let dense = DMatrix::from_fn(n, n, |i, j| {
+            tangent.get(i, j) + if i == j { shift * assembly.mass()[i] } else { 0.0 }
+        });
+        assert!((0..n).any(|i| (0..i).any(|j| (dense[(i, j)] - dense[(j, i)]).abs() > 1.0)));
+        let mut factors = tangent.new_factors();
+        factors.factor_sum(assembly.mass(), shift, &tangent, 1.0, 0..n).unwrap();
+        let b: Vec<f64> = (0..n).map(|i| (0.7 * i as f64).sin()).collect();
+        let mut x = b.clone();
+        factors.solve(&mut x);
+        let residual = &dense * DVector::from_column_slice(&x) - DVector::from_column_slice(&b);
+        let size = dense.amax() * x.iter().fold(0.0_f64, |size, x| size.max(x.abs()));
+        let off = (0..n).filter(|i| !tied.contains(i)).map(|i| residual[i].abs()).fold(0.0, f64::max);
+        println!("residual {off:.1e} of {size:.1e}");
+        assert!(off < 1e-12 * size, "{off:e} {size:e}");
+    }
+}
+
+/// Derivatives of a motion with damping and friction, from dual numbers and from differences.
+#[test]
+fn derivatives_of_a_motion_with_losses_agree_with_differences() {
+    for dimension in DIMENSIONS {
+        let floor = format!("{LOSSES}\nstiffness = 1e8");
+        let times = time(0.06, 1e-3, "tolerance = \"rounding\"");
+        let own = falling(dimension, 2e8, &floor, &times);
+        let times = || (1..=60).map(|k| 1e-3 * f64::from(k));
+        let rods = own.at_rest().assembly.body_coordinates().start;
+        let end = |structure: &Structure| {
+            let (mut motion, mut contact) = (structure.simulation().unwrap(), 0.0_f64);
+            times().for_each(|t| {
+                motion.step_to(t).unwrap();
+                contact = contact.max(motion.energies().own);
+            });
+            assert!(contact > 0.0 && motion.taken().len() == 60, "{contact} {}", motion.taken().len());
+            let mut q = motion.simulation().state().q.clone();
+            motion.simulation().rod().place_carried(&mut q, &motion.simulation().state().frames);
+            q.truncate(rods);
+            q
+        };
+        let plain = end(&own);
+        for path in [
+            "materials.steel.youngs_modulus",
+            "contacts.0.friction",
+            "contacts.0.damping",
+            "contacts.0.slip_velocity",
+            "contacts.0.stiffness",
+            "bodies.bob.mass",
+        ] {
+            let (value, q) = dual_run(&own, path, times());
+            let rates: Vec<f64> = q[..rods].iter().map(|q| q.eps).collect();
+            let size = rates.iter().fold(0.0_f64, |size, x| size.max(x.abs()));
+            let apart = q.iter().zip(&plain).map(|(d, p)| (d.re - p).abs()).fold(0.0, f64::max);
+            let offs = [1e-4, 3e-5, 1e-5, 1e-6].map(|part| {
+                let h = part * value.abs();
+                let [plus, minus] = [h, -h].map(|h| end(&shifted(&own, path, h)));
+                let off = (0..rods).map(|i| (rates[i] - (plus[i] - minus[i]) / (2.0 * h)).abs());
+                off.fold(0.0, f64::max) / size
+            });
+            println!("{dimension}{path}: off by {offs:.1e?} of {size:.2e}, positions by {apart:.1e} m");
+            assert!(size > 0.0 && apart < 1e-10, "{path}: {apart:e}");
+            assert!(offs.iter().any(|off| *off < 1e-6), "{path}: {offs:?}");
+        }
+    }
+}
+
+/// An averaging scheme does not take losses; the message has the key.
+#[test]
+fn losses_with_an_averaging_scheme_are_rejected() {
+    let text = |scheme: &str| {
+        DIMENSIONS[0].to_string()
+            + &twisting_steel()
+            + &spatial_rod("a", 8, 0.3, [1.0, 0.0, 0.0])
+            + &support("a.start", "clamped")
+            + &plane([0.0, -0.02], [0.0, 1.0], "friction = 0.3")
+            + &time(0.1, 1e-3, &format!("scheme = \"{scheme}\""))
+    };
+    let load = |scheme: &str| {
+        StructureScene::from_toml(&text(scheme), ".").and_then(Structure::new)
+    };
+    let error = load("average-vector-field").unwrap_err().to_string();
+    assert!(error.contains("contacts[0].friction:"), "{error}");
+    let loaded = load("generalised-alpha").unwrap();
+    assert!(loaded.at_rest().assembly.has_contact_losses());
+}
