@@ -3,8 +3,8 @@
 //!
 //! [`StructureScene`] is generic over the type of its numbers, as [`Scene`]: `map_numbers` converts each by its path,
 //! in which rods, materials and bodies have their names. Rods name materials; joints, supports and loads name rods and
-//! bodies. [`StructureScene::validate`] rejects invalid numbers, names, supports and contacts, friction, and a `[time]`
-//! without a step or with an unsupported scheme; files are not read.
+//! bodies. [`StructureScene::validate`] rejects invalid numbers, names, supports and contacts, internal friction, a
+//! `[time]` without a step or with an unsupported scheme; files are not read.
 //!
 //! `part` is the scene of one rod alone with given supports. It has shape, section, taper, natural curvature, masses
 //! and material of the rod, and gravity, damping, contacts and `[time]` of the structure; `fill_part` replaces these in
@@ -385,7 +385,7 @@ impl StructureScene {
     /// - loads: on one rod or one body that exists
     /// - three moments of inertia of a body: none above the sum of the others
     /// - the initial state: rest, equilibrium, or with a `[recording]` recorded
-    /// - supports; and that there is no friction
+    /// - supports and contacts; and that there is no internal friction
     /// - `[time]`: a step up to its end, and a scheme that supports joints and supports
     ///
     /// Connections of joints, and supports of unknown rods, are checked when a model is built.

@@ -1,5 +1,5 @@
-//! Damping and friction of contacts of structures: against a rod alone, Coulomb's law on an incline, momentum and energy, and
-//! derivatives.
+//! Damping and friction of contacts of structures: against a rod alone, Coulomb's law on an incline, momentum and
+//! energy, and derivatives.
 
 use crate::derivative_checks::{dual_run, shifted};
 use crate::scenes::{joint, spatial_rod, support, twisting_steel};
@@ -7,7 +7,7 @@ use nalgebra::{DMatrix, DVector};
 use num_dual::Dual64;
 use rodfit::numerics::tangent::{Factors, Tangent};
 use rodfit::rod::{Rod, StepVelocities};
-use rodfit::{Derivatives, Scene, Structure, StructureScene};
+use rodfit::{Derivatives, Scene, Structure, StructureScene, Trajectory};
 
 /// Gravitational acceleration, m/s^2.
 const GRAVITY: f64 = 9.81;
@@ -18,7 +18,8 @@ const DIMENSIONS: [&str; 2] = ["dimension = \"planar\"\n", "dimension = \"spatia
 /// The structure of these texts, of rods with this Young's modulus, Pa, and the radius `RADIUS`.
 fn structure(dimension: &str, modulus: f64, parts: &[String]) -> Structure {
     let text = dimension.to_string() + &twisting_steel() + &parts.concat();
-    let text = text.replace("2e11", &format!("{modulus:e}")).replace("radius = 1e-3", "radius = 3e-3");
+    let text =
+        text.replace("2e11", &format!("{modulus:e}")).replace("radius = 1e-3", "radius = 3e-3");
     Structure::new(StructureScene::from_toml(&text, ".").unwrap()).unwrap()
 }
 
@@ -29,7 +30,9 @@ fn gravity() -> String {
 
 /// Text of a plane through a point with this normal and these further keys.
 fn plane([x, y]: [f64; 2], [nx, ny]: [f64; 2], keys: &str) -> String {
-    format!("[[contacts]]\nkind = \"plane\"\npoint = [{x:?}, {y:?}, 0]\nnormal = [{nx:?}, {ny:?}, 0]\n{keys}\n")
+    format!(
+        "[[contacts]]\nkind = \"plane\"\npoint = [{x:?}, {y:?}, 0]\nnormal = [{nx:?}, {ny:?}, 0]\n{keys}\n"
+    )
 }
 
 /// Text of a duration and a step, s, with these further keys.
@@ -40,8 +43,8 @@ fn time(end: f64, step: f64, keys: &str) -> String {
 /// Losses of the contacts below.
 const LOSSES: &str = "friction = 0.4\ndamping = 8.0\nslip_velocity = 5e-3";
 
-/// A cantilever that falls on a floor with damping and friction moves in a structure as the same rod alone, and the floor has the
-/// same force on it.
+/// A cantilever that falls on a floor with damping and friction moves in a structure as the same rod alone, and the
+/// floor has the same force on it.
 #[test]
 fn structure_of_one_rod_moves_as_the_rod() {
     for dimension in DIMENSIONS {
@@ -63,7 +66,9 @@ fn structure_of_one_rod_moves_as_the_rod() {
              [supports]\nstart = \"clamped\"\n{}{floor}{time}",
             gravity()
         );
-        let alone = Scene::from_toml(&alone, ".").unwrap().problem().unwrap().simulate().unwrap();
+        let problem = Scene::from_toml(&alone, ".").unwrap().problem().unwrap();
+        let mut alone = Trajectory::new(&problem, &[12], &[]).unwrap().keep_energies();
+        alone.run(&problem, 300, |_| {}).unwrap();
         let (mut off, mut energy, mut pull) = (0.0_f64, 0.0_f64, 0.0_f64);
         for k in 1..=300 {
             motion.step_to(alone.times()[k]).unwrap();
@@ -74,14 +79,16 @@ fn structure_of_one_rod_moves_as_the_rod() {
             let [x, y, _] = motion.contact_forces()[0];
             pull = pull.max((x - 0.1 * y).abs() / (y + 0.1 * x).max(1e-6));
         }
-        println!("{dimension}: off by {off:.1e} m, {energy:.1e} J; friction {pull:.4} of the normal force");
+        println!(
+            "{dimension}: off by {off:.1e} m, {energy:.1e} J; friction {pull:.4} of the normal force"
+        );
         assert!(off < 1e-9 && energy < 1e-9, "{off:e} {energy:e}");
         assert!(pull > 0.3 && pull < 0.4 + 1e-9, "{pull}");
     }
 }
 
-/// A free rod of two welded pieces falls on an incline and slides down as one rod of the same length, with an error of second
-/// order in the edges.
+/// A free rod of two welded pieces falls on an incline and slides down as one rod of the same length, with an error of
+/// second order in the edges.
 #[test]
 fn welded_rod_slides_as_one_rod() {
     for dimension in DIMENSIONS {
@@ -110,8 +117,8 @@ fn welded_rod_slides_as_one_rod() {
     }
 }
 
-/// Rods that are welded at right angles, in the surface of an incline. They slide with g (sin - mu cos), or creep below the slip
-/// velocity `s` at the speed y s with 2 y - y^2 = tan/mu. In a plane the rods form a straight line.
+/// Rods that are welded at right angles, in the surface of an incline. They slide with g (sin - mu cos), or creep below
+/// the slip velocity `s` at the speed y s with 2 y - y^2 = tan/mu. In a plane the rods form a straight line.
 #[test]
 fn stiff_structure_on_an_incline_sticks_below_the_friction_angle_and_slides_above() {
     let angle: f64 = 0.4;
@@ -119,24 +126,36 @@ fn stiff_structure_on_an_incline_sticks_below_the_friction_angle_and_slides_abov
     for (dimension, across) in DIMENSIONS.iter().zip([[cos, -sin, 0.0], [0.0, 0.0, 1.0]]) {
         for (friction, slides) in [(0.2, true), (0.45, false), (0.7, false)] {
             let keys = format!("friction = {friction}\ndamping = 20.0\nstiffness = 1e9");
-            let own = structure(dimension, 2e10, &[
-                spatial_rod("a", 8, 0.1, [cos, -sin, 0.0]),
-                spatial_rod("b", 8, 0.1, across),
-                joint("rigid", &["a.end", "b.start"], ""),
-                gravity(),
-                plane([-RADIUS * sin, -RADIUS * cos], [sin, cos], &keys),
-                time(0.2, 2e-4, "scheme = \"newmark-beta\"\nbeta = 0.55"),
-            ]);
+            let own = structure(
+                dimension,
+                2e10,
+                &[
+                    spatial_rod("a", 8, 0.1, [cos, -sin, 0.0]),
+                    spatial_rod("b", 8, 0.1, across),
+                    joint("rigid", &["a.end", "b.start"], ""),
+                    gravity(),
+                    plane([-RADIUS * sin, -RADIUS * cos], [sin, cos], &keys),
+                    time(0.2, 2e-4, "scheme = \"newmark-beta\"\nbeta = 0.55"),
+                ],
+            );
             let mut motion = own.simulation().unwrap();
-            let ends: Vec<[f64; 3]> = [0.05, 0.1, 0.15, 0.2].into_iter().flat_map(|t| {
-                let steps = (t / 2e-4_f64).round() as u32;
-                ((steps - 249)..=steps).for_each(|k| motion.step_to(2e-4 * f64::from(k)).unwrap());
-                Some(motion.shape().rods["b"].tip)
-            }).collect();
+            let ends: Vec<[f64; 3]> = [0.05, 0.1, 0.15, 0.2]
+                .into_iter()
+                .flat_map(|t| {
+                    let steps = (t / 2e-4_f64).round() as u32;
+                    ((steps - 249)..=steps)
+                        .for_each(|k| motion.step_to(2e-4 * f64::from(k)).unwrap());
+                    Some(motion.shape().rods["b"].tip)
+                })
+                .collect();
             let place = |[x, y, _]: [f64; 3]| x * cos - y * sin;
             let way = |k: usize| place(ends[k + 1]) - place(ends[k]);
             let drift = (ends[3][2] - ends[1][2]).abs();
-            println!("{dimension}, mu {friction}: {:.3e}, {:.3e} m, aside {drift:.1e} m", way(0), way(2));
+            println!(
+                "{dimension}, mu {friction}: {:.3e}, {:.3e} m, aside {drift:.1e} m",
+                way(0),
+                way(2)
+            );
             if slides {
                 let ratio = (way(2) - way(0)) / 0.1 / 0.05 / (GRAVITY * (sin - friction * cos));
                 println!("acceleration {ratio:.5} of theory");
@@ -150,28 +169,37 @@ fn stiff_structure_on_an_incline_sticks_below_the_friction_angle_and_slides_abov
     }
 }
 
-/// A frame of two welded rods and a body on a sprung arm that falls on a floor, with these keys of the floor and the time.
-fn falling(dimension: &str, modulus: f64, floor: &str, times: &str) -> Structure {
-    let body = "[[bodies]]\nname = \"bob\"\nmass = 0.02\ninertia = 3e-6\nposition = [0.34, 0.06, 0.0]\n";
-    structure(dimension, modulus, &[
-        spatial_rod("a", 8, 0.15, [1.0, -0.1, 0.0]),
-        spatial_rod("b", 8, 0.1, [1.0, 0.2, 0.0]),
-        spatial_rod("c", 8, 0.1, [0.7, 0.7, 0.0]),
-        match dimension.contains("planar") {
-            true => body.into(),
-            false => body.replace("3e-6", "[3e-6, 4e-6, 2e-6]"),
-        },
-        joint("rigid", &["a.end", "b.start"], ""),
-        joint("spring", &["b.end", "c.start"], "rotation = 0.5"),
-        joint("rigid", &["bob", "c.end"], ""),
-        gravity(),
-        plane([0.0, -0.022], [0.1, 1.0], floor),
-        times.into(),
-    ])
+/// Text of a body.
+fn body(dimension: &str) -> String {
+    let inertia = if dimension == DIMENSIONS[0] { "3e-6" } else { "[2e-6, 4e-6, 3e-6]" };
+    format!(
+        "[[bodies]]\nname = \"bob\"\nmass = 0.02\ninertia = {inertia}\nposition = [0.34, 0.06, 0.0]\n"
+    )
 }
 
-/// The momentum of a free structure changes by weight and contact forces alone, friction included; the scheme takes the mean of
-/// both ends of a step.
+/// A frame of two welded rods and a body on a sprung arm that falls on a floor, with these keys of the floor and the
+/// time.
+fn falling(dimension: &str, modulus: f64, floor: &str, times: &str) -> Structure {
+    structure(
+        dimension,
+        modulus,
+        &[
+            spatial_rod("a", 8, 0.15, [1.0, -0.1, 0.0]),
+            spatial_rod("b", 8, 0.1, [1.0, 0.2, 0.0]),
+            spatial_rod("c", 8, 0.1, [0.7, 0.7, 0.0]),
+            body(dimension),
+            joint("rigid", &["a.end", "b.start"], ""),
+            joint("spring", &["b.end", "c.start"], "rotation = 0.5"),
+            joint("rigid", &["bob", "c.end"], ""),
+            gravity(),
+            plane([0.0, -0.022], [0.1, 1.0], floor),
+            times.into(),
+        ],
+    )
+}
+
+/// The momentum of a free structure changes by weight and contact forces alone, friction included; the scheme takes the
+/// mean of both ends of a step.
 #[test]
 fn contact_forces_with_friction_change_the_momentum() {
     let mut ends = Vec::new();
@@ -196,10 +224,15 @@ fn contact_forces_with_friction_change_the_momentum() {
             Some([linear, _]) => linear,
             None => [motion.momentum()[0], motion.momentum()[1], 0.0],
         };
-        println!("{dimension}: momentum {momentum:?}, impulse {impulse:?} N s, largest {largest:.2} N");
+        println!(
+            "{dimension}: momentum {momentum:?}, impulse {impulse:?} N s, largest {largest:.2} N"
+        );
         assert!(largest > 0.3 * mass * GRAVITY, "{largest}");
         for c in 0..3 {
-            assert!((momentum[c] - impulse[c]).abs() < 1e-9 * mass * GRAVITY, "{momentum:?} {impulse:?}");
+            assert!(
+                (momentum[c] - impulse[c]).abs() < 1e-9 * mass * GRAVITY,
+                "{momentum:?} {impulse:?}"
+            );
         }
         ends.push(motion.shape().rods["c"].tip);
     }
@@ -207,10 +240,11 @@ fn contact_forces_with_friction_change_the_momentum() {
     assert!((0..3).all(|c| (ends[0][c] - ends[1][c]).abs() < 1e-8), "{ends:?}");
 }
 
-/// The total energy of a structure that falls on a floor with damping and friction never rises by more than the scheme's error.
+/// The total energy of a structure that falls on a floor with damping and friction never rises by more than the
+/// scheme's error.
 #[test]
 fn energy_never_rises_with_damping_and_friction() {
-    for (dimension, losses) in [(0, LOSSES), (1, LOSSES), (1, "damping = 8.0"), (0, "friction = 0.4")] {
+    for (dimension, losses) in [(0, LOSSES), (1, LOSSES), (1, "damping = 8.0")] {
         let rises = [2e-4, 1e-4].map(|step| {
             let floor = format!("{losses}\nstiffness = 1e8");
             let own = falling(DIMENSIONS[dimension], 2e9, &floor, &time(0.2, step, ""));
@@ -226,42 +260,47 @@ fn energy_never_rises_with_damping_and_friction() {
                 energy = now.total();
             }
             let lost = start - energy;
-            println!("{losses:?}: rises by up to {:.1e}, loses {:.3} of the kinetic energy", rise / kinetic, lost / kinetic);
+            println!(
+                "{losses:?}: rises by up to {:.1e}, loses {:.3} of the kinetic energy",
+                rise / kinetic,
+                lost / kinetic
+            );
             assert!(lost > 0.1 * kinetic, "{lost} {kinetic}");
             rise / kinetic
         });
-        assert!(rises[1] < 1e-4, "{rises:?}");
+        assert!(rises[1] < 1e-6 && rises[1] < 0.5 * rises[0], "{rises:?}");
     }
 }
 
-/// Unknowns of a frame on the floor with deep overlaps, and their velocities.
-fn pressed(own: &Structure) -> [Vec<f64>; 2] {
-    let at_rest = own.at_rest();
-    let assembly = at_rest.assembly.clone().by_increments();
-    let (mut q, space) = (at_rest.q.clone(), assembly.is_spatial());
-    let stride = if space { 4 } else { 2 };
-    let v: Vec<f64> = (0..q.len()).map(|i| 0.05 * (1.7 * i as f64).sin()).collect();
-    let rods = assembly.body_coordinates().start;
-    let bends = |i: usize| 2e-4 * (0.9 * i as f64).cos();
-    (0..q.len()).for_each(|i| q[i] += if i >= rods { 0.2 * bends(i) } else { bends(i) });
-    // All nodes and centers move down.
-    (0..rods).skip(1).step_by(stride).for_each(|i| q[i] -= 1e-3);
-    [q, v]
-}
-
-/// Derivatives of the losses and factors of their tangent, against dual numbers and dense matrices. All joints touch a sphere or
-/// the floor.
+/// Derivatives of the losses and factors of their tangent, against dual numbers and dense matrices. A frame lies on the floor
+/// with all joints, which then moves up.
 #[test]
 fn tangent_of_losses_agrees_with_dual_numbers() {
     let slope = 400.0;
     for dimension in DIMENSIONS {
-        let floor = format!("{LOSSES}\nstiffness = 1e8\ncontact_radius = 0.05");
-        let own = falling(dimension, 2e9, &floor, &time(0.1, 1e-3, ""));
-        let [q, v] = pressed(&own);
-        let (assembly, n) = (own.at_rest().assembly.clone().by_increments(), q.len());
-        let frames = &own.at_rest().frames;
-        let dual = own.at_rest_over(|_, value, _| Dual64::from(value)).unwrap();
-        let dual_assembly = dual.assembly.by_increments();
+        let aside = |z: f64| if dimension == DIMENSIONS[0] { 0.0 } else { z };
+        let own = structure(
+            dimension,
+            2e9,
+            &[
+                spatial_rod("a", 8, 0.15, [1.0, 0.0, aside(0.3)]),
+                spatial_rod("b", 8, 0.1, [0.7, 0.0, aside(-0.8)]),
+                spatial_rod("c", 8, 0.1, [1.0, 0.0, aside(0.9)]),
+                body(dimension),
+                joint("rigid", &["a.end", "b.start"], ""),
+                joint("spring", &["b.end", "c.start"], "rotation = 0.5"),
+                joint("rigid", &["bob", "c.end"], ""),
+                plane([0.0, -1.1 * RADIUS], [0.001, 1.0], &format!("{LOSSES}\nstiffness = 1e8")),
+            ],
+        );
+        let height = |path: &str| if path == "contacts.0.point.y" { 1e-3 } else { 0.0 };
+        let plain = own.at_rest_over(|path, value, _| value + height(path)).unwrap();
+        let dual = own.at_rest_over(|path, value, _| Dual64::from(value + height(path))).unwrap();
+        let (assembly, dual_assembly) =
+            (plain.assembly.by_increments(), dual.assembly.by_increments());
+        let (mut q, frames, n) = (plain.q.clone(), &plain.frames, plain.q.len());
+        (0..n).for_each(|i| q[i] += 2e-4 * (0.9 * i as f64).cos());
+        let v: Vec<f64> = (0..n).map(|i| 0.05 * (1.7 * i as f64).sin()).collect();
         let (mut forces, mut tangent) = (vec![0.0; n], assembly.zero_tangent());
         let velocities = StepVelocities { velocity: &v[..], slope };
         assert!(assembly.has_contact_losses());
@@ -312,7 +351,8 @@ fn tangent_of_losses_agrees_with_dual_numbers() {
         factors.solve(&mut x);
         let residual = &dense * DVector::from_column_slice(&x) - DVector::from_column_slice(&b);
         let size = dense.amax() * x.iter().fold(0.0_f64, |size, x| size.max(x.abs()));
-        let off = (0..n).filter(|i| !tied.contains(i)).map(|i| residual[i].abs()).fold(0.0, f64::max);
+        let off =
+            (0..n).filter(|i| !tied.contains(i)).map(|i| residual[i].abs()).fold(0.0, f64::max);
         println!("residual {off:.1e} of {size:.1e}");
         assert!(off < 1e-12 * size, "{off:e} {size:e}");
     }
@@ -323,9 +363,9 @@ fn tangent_of_losses_agrees_with_dual_numbers() {
 fn derivatives_of_a_motion_with_losses_agree_with_differences() {
     for dimension in DIMENSIONS {
         let floor = format!("{LOSSES}\nstiffness = 1e8");
-        let times = time(0.06, 1e-3, "tolerance = \"rounding\"");
-        let own = falling(dimension, 2e8, &floor, &times);
-        let times = || (1..=60).map(|k| 1e-3 * f64::from(k));
+        let times = time(0.1, 1e-3, "tolerance = \"rounding\"");
+        let own = falling(dimension, 2e9, &floor, &times);
+        let times = || (1..=100).map(|k| 1e-3 * f64::from(k));
         let rods = own.at_rest().assembly.body_coordinates().start;
         let end = |structure: &Structure| {
             let (mut motion, mut contact) = (structure.simulation().unwrap(), 0.0_f64);
@@ -333,7 +373,11 @@ fn derivatives_of_a_motion_with_losses_agree_with_differences() {
                 motion.step_to(t).unwrap();
                 contact = contact.max(motion.energies().own);
             });
-            assert!(contact > 0.0 && motion.taken().len() == 60, "{contact} {}", motion.taken().len());
+            assert!(
+                contact > 0.0 && motion.taken().len() == 100,
+                "{contact} {}",
+                motion.taken().len()
+            );
             let mut q = motion.simulation().state().q.clone();
             motion.simulation().rod().place_carried(&mut q, &motion.simulation().state().frames);
             q.truncate(rods);
@@ -358,7 +402,9 @@ fn derivatives_of_a_motion_with_losses_agree_with_differences() {
                 let off = (0..rods).map(|i| (rates[i] - (plus[i] - minus[i]) / (2.0 * h)).abs());
                 off.fold(0.0, f64::max) / size
             });
-            println!("{dimension}{path}: off by {offs:.1e?} of {size:.2e}, positions by {apart:.1e} m");
+            println!(
+                "{dimension}{path}: off by {offs:?} of {size:.2e}, positions by {apart:.1e} m"
+            );
             assert!(size > 0.0 && apart < 1e-10, "{path}: {apart:e}");
             assert!(offs.iter().any(|off| *off < 1e-6), "{path}: {offs:?}");
         }
@@ -376,11 +422,30 @@ fn losses_with_an_averaging_scheme_are_rejected() {
             + &plane([0.0, -0.02], [0.0, 1.0], "friction = 0.3")
             + &time(0.1, 1e-3, &format!("scheme = \"{scheme}\""))
     };
-    let load = |scheme: &str| {
-        StructureScene::from_toml(&text(scheme), ".").and_then(Structure::new)
-    };
+    let load =
+        |scheme: &str| StructureScene::from_toml(&text(scheme), ".").and_then(Structure::new);
     let error = load("average-vector-field").unwrap_err().to_string();
     assert!(error.contains("contacts[0].friction:"), "{error}");
     let loaded = load("generalised-alpha").unwrap();
     assert!(loaded.at_rest().assembly.has_contact_losses());
+}
+
+/// Equilibria and modes are without friction, and say so.
+#[test]
+fn equilibria_and_modes_warn_that_they_are_without_friction() {
+    let of = |keys: &str| {
+        let parts = [
+            spatial_rod("a", 8, 0.3, [1.0, 0.0, 0.0]),
+            support("a.start", "clamped"),
+            gravity(),
+            plane([0.0, -0.02], [0.0, 1.0], keys),
+        ];
+        structure(DIMENSIONS[0], 2e8, &parts)
+    };
+    for (keys, warns) in [("friction = 0.3", true), ("damping = 3.0", false)] {
+        let own = of(keys);
+        let at_rest = own.equilibrium_warnings(&own.equilibrium().unwrap());
+        let warned = |list: &[String]| list.iter().any(|text| text.contains("[frictionless]"));
+        assert_eq!([warned(&at_rest), warned(&own.modes(2, true).unwrap().warnings)], [warns; 2]);
+    }
 }

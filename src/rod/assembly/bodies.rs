@@ -23,9 +23,7 @@
 
 use crate::numerics::scalar::{RodScalar, Scalar};
 use crate::rod::assembly::attachment::Attachment;
-use crate::rod::assembly::carrying::{
-    CarriedMotion, CarryingBodies, VelocitySlopes, is_viscous,
-};
+use crate::rod::assembly::carrying::{CarriedMotion, CarryingBodies, VelocitySlopes, is_viscous};
 use crate::rod::assembly::frames::AssemblyFrames;
 use crate::rod::{Energies, StepVelocities, Viscosity};
 

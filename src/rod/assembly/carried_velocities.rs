@@ -9,9 +9,9 @@
 //! ```
 //!
 //! `s` is the derivative of a velocity by its coordinate, 1/s, `w` the angular velocity in the axes of the body, rad/s,
-//! `a` an arm, and `T` the tangent map of the rotation vector of the step, which changes by `T^-1 phi` with the increment
-//! `phi`. Output is `d(J v) - s J phi`, the part that the unknowns of the node times `s` do not have. Damping and friction
-//! of contacts depend on these velocities.
+//! `a` an arm, and `T` the tangent map of the rotation vector of the step, which changes by `T^-1 phi` with the
+//! increment `phi`. Output is `d(J v) - s J phi`, the part that the unknowns of the node times `s` do not have. Damping
+//! and friction of contacts depend on these velocities.
 
 use crate::numerics::rotation::{column, components_of, inverse, tangent_map, times};
 use crate::numerics::scalar::{RodScalar, Scalar};

@@ -104,10 +104,10 @@ pub trait CarriedMotion<D> {
     /// All pairs without a call have the second derivative zero.
     fn add_curvature(&self, force: &[D], add: impl FnMut(usize, usize, D));
 
-    /// Calls `add(i, j, x)` with the change `x`, N/m, of the derivative of `force.values` by the body coordinate with the
-    /// index `i`, by that with the index `j`, at a constant `force`. In space derivatives by a rotation are by increments
-    /// in its axes, which turn with it, so that `x` is not symmetric: its symmetric part is that of `add_curvature`,
-    /// which is the default.
+    /// Calls `add(i, j, x)` with the change `x`, N/m, of the derivative of `force.values` by the body coordinate with
+    /// the index `i`, by that with the index `j`, at a constant `force`. In space derivatives by a rotation are by
+    /// increments in its axes, which turn with it, so that `x` is not symmetric: its symmetric part is that of
+    /// `add_curvature`, which is the default.
     fn add_turned(&self, force: &[D], add: impl FnMut(usize, usize, D)) {
         self.add_curvature(force, add);
     }
@@ -146,9 +146,9 @@ pub trait CarryingBodies<D: RodScalar, P>: Clone + Debug + Send + Sync {
         to: &mut Vec<Self::Motion>,
     );
 
-    /// Appends to `to` the [`VelocitySlopes`] of each node of an attachment, `carried`, at the end of a step. `rates` are
-    /// the velocities of all body coordinates, those of rotations in space as angular velocities in their axes times
-    /// their scale.
+    /// Appends to `to` the [`VelocitySlopes`] of each node of an attachment, `carried`, at the end of a step. `rates`
+    /// are the velocities of all body coordinates, those of rotations in space as angular velocities in their axes
+    /// times their scale.
     fn velocity_slopes(
         &self,
         z: &[D],

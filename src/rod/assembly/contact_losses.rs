@@ -1,8 +1,8 @@
 //! Damping and friction of contacts in an assembly: forces (N) and their derivatives (N/m) in the equations of a step.
 //!
-//! The velocities of carried nodes are `J v`, with the derivatives `J` of their unknowns by the coordinates of bodies and
-//! the velocities `v` of these; fixed nodes have none. The forces `f` on carried nodes act on the coordinates as `J' f`
-//! (chain rule). The derivatives `A` of the forces of one rod, with velocities that follow the unknowns, are not
+//! The velocities of carried nodes are `J v`, with the derivatives `J` of their unknowns by the coordinates of bodies
+//! and the velocities `v` of these; fixed nodes have none. The forces `f` on carried nodes act on the coordinates as
+//! `J' f` (chain rule). The derivatives `A` of the forces of one rod, with velocities that follow the unknowns, are not
 //! symmetric, and so are those by the coordinates:
 //!
 //! ```text
@@ -37,9 +37,9 @@ impl<D: RodScalar, L: AssemblyLayout> JoinedRods<D, L> {
     }
 
     /// Adds minus the damping and friction forces of contacts at the unknowns `q`, N, to `forces`, which contains the
-    /// gradient. Those on carried nodes are added to the coordinates of bodies. If `tangent` is given, their derivatives
-    /// by the unknowns at the end of a step, N/m, are added to it. Velocities of rotations in space are angular
-    /// velocities in their axes times their scale, and derivatives by them are by increments.
+    /// gradient. Those on carried nodes are added to the coordinates of bodies. If `tangent` is given, their
+    /// derivatives by the unknowns at the end of a step, N/m, are added to it. Velocities of rotations in space are
+    /// angular velocities in their axes times their scale, and derivatives by them are by increments.
     pub fn add_contact_losses(
         &self,
         q: &[D],
@@ -108,9 +108,9 @@ impl<D: RodScalar, L: AssemblyLayout> JoinedRods<D, L> {
     }
 }
 
-/// Adds the derivatives of the forces on rod `k` to `tangent`. They are in both bands of its skew part: `A`, and those at
-/// constant velocities. `carried` are the carried nodes with the slopes of their velocities over that of the step, and
-/// `forces` has the forces on these nodes.
+/// Adds the derivatives of the forces on rod `k` to `tangent`. They are in both bands of its skew part: `A`, and those
+/// at constant velocities. `carried` are the carried nodes with the slopes of their velocities over that of the step,
+/// and `forces` has the forces on these nodes.
 fn add_to_tangent<D: RodScalar, L: AssemblyLayout>(
     member: &Member<D, L>,
     (carried, slopes): (&[MotionOf<D, L>], &[VelocitySlopes<D>]),

@@ -152,8 +152,9 @@ impl<D: RodScalar, L: AssemblyLayout> JoinedRods<D, L> {
         }
     }
 
-    /// Calls `visit` for each rod as [`for_each_placed`](Self::for_each_placed) does, with the velocities of its unknowns
-    /// in the list `other` of the work space. They are those of `v`, of carried nodes those that follow from the bodies.
+    /// Calls `visit` for each rod as [`for_each_placed`](Self::for_each_placed) does, with the velocities of its
+    /// unknowns in the list `other` of the work space. They are those of `v`, of carried nodes those that follow from
+    /// the bodies.
     pub(super) fn for_each_moving(
         &self,
         [q, v]: [&[D]; 2],
@@ -383,13 +384,9 @@ impl<D: RodScalar, L: AssemblyLayout> JoinedRods<D, L> {
         work
     }
 
-    /// Minus the forces of each contact on all nodes, N, damping and friction included, at the unknowns `q` and velocities
-    /// `v`: one list of all unknowns per contact. Forces on carried nodes are in the entries of these nodes.
-    pub fn contact_gradients(
-        &self,
-        [q, v]: [&[D]; 2],
-        frames: &AssemblyFrames<D>,
-    ) -> Vec<Vec<D>> {
+    /// Minus the forces of each contact on all nodes, N, damping and friction included, at the unknowns `q` and
+    /// velocities `v`: one list of all unknowns per contact. Forces on carried nodes are in the entries of these nodes.
+    pub fn contact_gradients(&self, [q, v]: [&[D]; 2], frames: &AssemblyFrames<D>) -> Vec<Vec<D>> {
         let mut gradients: Vec<Vec<D>> = Vec::new();
         self.for_each_moving([q, v], frames, |member, own, RodUnknowns { q, other, .. }| {
             let of_rod = member.rod.contact_gradients([q, other], own);

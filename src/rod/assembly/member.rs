@@ -14,9 +14,9 @@
 use crate::numerics::scalar::RodScalar;
 use crate::rod::assembly::attachment::{Attachment, CarriedNode, FixedNode};
 use crate::rod::assembly::carrying::{CarriedMotion, CarryingBodies, MemberRod, VelocitySlopes};
+use crate::rod::assembly::coupling::Coupling;
 use crate::rod::assembly::frames::AssemblyFrames;
 use crate::rod::assembly::layout::AssemblyLayout;
-use crate::rod::assembly::coupling::Coupling;
 use crate::rod::{RodViscosity, Viscosity};
 use std::ops::Range;
 use std::sync::{Mutex, MutexGuard, PoisonError};

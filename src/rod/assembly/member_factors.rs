@@ -1,12 +1,12 @@
 //! The factors of one rod in those of a bordered matrix ([`MemberFactors`]): of its band, its couplings to the bodies,
 //! and the responses of the rod to the coordinates of the bodies.
 //!
-//! `factor` factors the band and copies the couplings, and `eliminate` computes the responses and subtracts the part of
-//! the rod from the Schur complement. In a matrix that is not symmetric the rows of the bodies have couplings of their
-//! own (`rows`). [`LessColumn`] subtracts a response from vectors.
+//! `set_couplings` copies the couplings, and `eliminate` computes the responses and the part of the rod in the Schur
+//! complement. In a matrix that is not symmetric the rows of the bodies (`body_rows`) are not the transposed couplings.
+//! [`LessColumn`] subtracts a response from vectors.
 
 use crate::numerics::scalar::Scalar;
-use crate::numerics::tangent::{Factors, RightHandSide, Singular};
+use crate::numerics::tangent::{Factors, RightHandSide};
 use crate::rod::assembly::coupling::Coupling;
 use std::ops::Range;
 
@@ -73,8 +73,8 @@ impl<D: Scalar, F: Factors<D>> MemberFactors<D, F> {
     }
 
     /// Computes the responses `Ai^-1 Bi` of the rod with its factored band `Ai` and its couplings `Bi`, [`GROUP`]
-    /// columns at a time. Calls `add(row, column, x)` with the entries `x` of `-Bi' Ai^-1 Bi`, which belong to the Schur
-    /// complement: of its lower triangle, or of both if the rows of the bodies are not `Bi'`.
+    /// columns at a time. Calls `add(row, column, x)` with the entries `x` of `-Bi' Ai^-1 Bi`, which belong to the
+    /// Schur complement: of its lower triangle, or of both if the rows of the bodies are not `Bi'`.
     pub fn eliminate(&mut self, mut add: impl FnMut(usize, usize, D)) {
         let Self { band, range, couplings, responses, room, .. } = self;
         let count: usize = couplings.iter().map(|coupling| coupling.columns.len()).sum();

@@ -82,8 +82,8 @@ impl<D: Scalar, T: Clone> SkewPart<D, T> {
         self.is_active = false;
     }
 
-    /// Adds the products of the differences of bodies and couplings with the parts `rods` and `bodies` of `G` vectors to
-    /// `out`, the rows of the bodies. `starts` are the first unknowns of the rods. Nothing for a symmetric matrix.
+    /// Adds the products of the differences of bodies and couplings with the parts `rods` and `bodies` of `G` vectors
+    /// to `out`, the rows of the bodies. `starts` are the first unknowns of the rods. Nothing for a symmetric matrix.
     pub fn add_product<const G: usize>(
         &self,
         starts: impl Iterator<Item = usize>,

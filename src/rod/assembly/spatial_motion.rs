@@ -175,8 +175,8 @@ impl<D: Scalar> CarriedMotion<D> for SpatialCarried<D> {
     }
 
     /// Calls `add(i, j, x)` with the derivatives `f a' - f.a 1` of `a x f` over `length^2`, N/m: `f` is the constant
-    /// `force` in the axes of a rotation, which turn by the increment. An entry of `force` for the angle has no part, as
-    /// the tangent of a carried edge is constant in these axes.
+    /// `force` in the axes of a rotation, which turn by the increment. An entry of `force` for the angle has no part,
+    /// as the tangent of a carried edge is constant in these axes.
     fn add_turned(&self, force: &[D], mut add: impl FnMut(usize, usize, D)) {
         let force = [force[0], force[1], force[2]];
         for TurningArm { coordinate, length, axes, arm } in self.arms.iter().flatten() {

@@ -7,10 +7,10 @@
 //! ```
 //!
 //! `Bi` has entries in the rows of two nodes beside each carried end. The Schur complement `S` is an
-//! [envelope](Envelope). The numbers of negative pivots of all `Ai` and of `S` add up to that of the whole matrix.
-//! `C` may have blocks that are not symmetric, of rotating bodies in a step. With damping or friction of contacts no
-//! part of the matrix is symmetric: the rows of the bodies are not `Bi'` ([`skew_part`](SkewPart)). `S` is then factored
-//! as `L U`, else as `L D L^T`. Output: factors of the matrix or of `scale diag(d) + factor matrix`, solutions in place
+//! [envelope](Envelope). The numbers of negative pivots of all `Ai` and of `S` add up to that of the whole matrix. `C`
+//! may have blocks that are not symmetric, of rotating bodies in a step. With damping or friction of contacts no part
+//! of the matrix is symmetric: the rows of the bodies are not `Bi'` ([`skew_part`](SkewPart)). `S` is then factored as
+//! `L U`, else as `L D L^T`. Output: factors of the matrix or of `scale diag(d) + factor matrix`, solutions in place
 //! for several right-hand sides, and entries and products, which leave the unsymmetric blocks out. A pivot that is zero
 //! or not finite is an error with its row in the unknowns of the assembly.
 //!
@@ -327,7 +327,9 @@ impl<D: Scalar, T: Tangent<D>> BorderedFactors<D, T> {
             let differences = skew.map(|skew| &skew.members[k].couplings[..]);
             member.set_couplings(&own.couplings, differences, factor);
             match (&mut self.general, skew) {
-                (Some(general), Some(_)) => member.eliminate(|i, j, entry| general.add(i, j, entry)),
+                (Some(general), Some(_)) => {
+                    member.eliminate(|i, j, entry| general.add(i, j, entry))
+                }
                 _ => member.eliminate(|i, j, entry| schur.add(i, j, entry)),
             }
         }
