@@ -1,13 +1,17 @@
 //! Damping and friction of contacts of structures: against a rod alone, Coulomb's law on an incline, momentum and
 //! energy, and derivatives.
 
-use crate::derivative_checks::{dual_run, shifted};
+use crate::derivative_checks::{check_jacobian, dual_run, shifted};
 use crate::scenes::{joint, spatial_rod, support, twisting_steel};
 use nalgebra::{DMatrix, DVector};
 use num_dual::Dual64;
+use rodfit::fit::{Analysis, Experiment, Refinement, Sample};
 use rodfit::numerics::tangent::{Factors, Tangent};
 use rodfit::rod::{Rod, StepVelocities};
-use rodfit::{Derivatives, Scene, Structure, StructureScene, Trajectory};
+use rodfit::scene::structure_point::StructurePoint;
+use rodfit::{
+    Derivatives, Fit, Observation, Parameter, Scene, Structure, StructureScene, Trajectory,
+};
 
 /// Gravitational acceleration, m/s^2.
 const GRAVITY: f64 = 9.81;
@@ -272,8 +276,8 @@ fn energy_never_rises_with_damping_and_friction() {
     }
 }
 
-/// Derivatives of the losses and factors of their tangent, against dual numbers and dense matrices. A frame lies on the floor
-/// with all joints, which then moves up.
+/// Derivatives of the losses and factors of their tangent, against dual numbers and dense matrices. A frame lies on the
+/// floor with all joints, which then moves up.
 #[test]
 fn tangent_of_losses_agrees_with_dual_numbers() {
     let slope = 400.0;
@@ -396,18 +400,112 @@ fn derivatives_of_a_motion_with_losses_agree_with_differences() {
             let rates: Vec<f64> = q[..rods].iter().map(|q| q.eps).collect();
             let size = rates.iter().fold(0.0_f64, |size, x| size.max(x.abs()));
             let apart = q.iter().zip(&plain).map(|(d, p)| (d.re - p).abs()).fold(0.0, f64::max);
-            let offs = [1e-4, 3e-5, 1e-5, 1e-6].map(|part| {
-                let h = part * value.abs();
-                let [plus, minus] = [h, -h].map(|h| end(&shifted(&own, path, h)));
-                let off = (0..rods).map(|i| (rates[i] - (plus[i] - minus[i]) / (2.0 * h)).abs());
-                off.fold(0.0, f64::max) / size
-            });
+            let h = 1e-4 * value.abs();
+            let [plus, minus] = [h, -h].map(|h| end(&shifted(&own, path, h)));
+            let off = (0..rods).map(|i| (rates[i] - (plus[i] - minus[i]) / (2.0 * h)).abs());
+            let off = off.fold(0.0, f64::max) / size;
             println!(
-                "{dimension}{path}: off by {offs:?} of {size:.2e}, positions by {apart:.1e} m"
+                "{dimension}{path}: off by {off:.1e} of {size:.2e}, positions by {apart:.1e} m"
             );
             assert!(size > 0.0 && apart < 1e-10, "{path}: {apart:e}");
-            assert!(offs.iter().any(|off| *off < 1e-6), "{path}: {offs:?}");
+            assert!(off < 1e-6, "{path}: {off:e}");
         }
+    }
+}
+
+/// A frame lies on a floor that moves sideways at a constant speed, faster than the frame: it accelerates with mu g.
+/// The floor works with that force, of which the energies have the part that friction does not dissipate.
+#[test]
+fn moved_floor_drags_a_structure_with_the_force_of_coulomb() {
+    let (friction, speed, end) = (0.3, 2.0, 0.1);
+    for dimension in DIMENSIONS {
+        let aside = if dimension == DIMENSIONS[0] { [1.0, 0.0, 0.0] } else { [0.0, 0.0, 1.0] };
+        let keys = format!(
+            "friction = {friction}\ndamping = 20.0\nstiffness = 1e9\nmotion = [{{ velocity = [{speed:?}, 0, 0] }}]"
+        );
+        let own = structure(
+            dimension,
+            2e10,
+            &[
+                spatial_rod("a", 8, 0.1, [1.0, 0.0, 0.0]),
+                spatial_rod("b", 8, 0.1, aside),
+                joint("rigid", &["a.end", "b.start"], ""),
+                gravity(),
+                plane([0.0, -RADIUS], [0.0, 1.0], &keys),
+                time(end, 2e-4, "scheme = \"newmark-beta\"\nbeta = 0.55"),
+            ],
+        );
+        let mut motion = own.simulation().unwrap();
+        let start = motion.shape().rods["b"].tip[0];
+        let times = own.time().unwrap();
+        (1..=times.steps()).for_each(|k| motion.step_to(times.at(k)).unwrap());
+        let way = motion.shape().rods["b"].tip[0] - start;
+        let pull = friction * GRAVITY;
+        let mass = 7800.0 * std::f64::consts::PI * RADIUS * RADIUS * 0.2;
+        let lost = mass * pull * (speed * end - 0.5 * pull * end * end);
+        let (energies, ratio) = (motion.energies(), way / (0.5 * pull * end * end));
+        // At the start the total is zero, with the axis of all rods at y = 0.
+        let loss = -energies.total() / lost;
+        println!("{dimension}: way {ratio:.5}, loss {loss:.5} of theory");
+        assert!((ratio - 1.0).abs() < 1e-2 && (loss - 1.0).abs() < 1e-2, "{ratio} {loss}");
+    }
+}
+
+/// Residuals of a fit to the tips of a structure on a moved floor against differences, and friction, damping and
+/// modulus from exact data.
+#[test]
+fn fit_gives_back_friction_damping_and_modulus() {
+    const NAMES: [&str; 4] = [
+        "contacts.0.friction",
+        "contacts.0.damping",
+        "materials.steel.youngs_modulus",
+        "contacts.0.motion.0.velocity.x",
+    ];
+    let scene = |[friction, damping, modulus, speed]: [f64; 4]| {
+        let floor = format!(
+            "friction = {friction:e}\ndamping = {damping:e}\nslip_velocity = 5e-3\nstiffness = 1e8\n\
+             motion = [{{ velocity = [{speed:?}, 0, 0] }}]"
+        );
+        let times = time(0.12, 1e-3, "tolerance = \"rounding\"");
+        falling(DIMENSIONS[0], modulus, &floor, &times)
+    };
+    let truth = [0.35, 6.0, 1.6e9, 0.3];
+    let own = scene(truth);
+    let places = ["a", "c"].map(StructurePoint::tip);
+    let mut motion = own.simulation().unwrap();
+    let mut samples = [Vec::new(), Vec::new()];
+    for k in 1..=120 {
+        let time = 1e-3 * f64::from(k);
+        motion.step_to(time).unwrap();
+        for (samples, place) in samples.iter_mut().zip(&places) {
+            let [x, y, _] = motion.position(place).unwrap();
+            samples.push(Sample { time, position: [Some(x), Some(y), None] });
+        }
+    }
+    let fit_from = |values: [f64; 4]| {
+        let experiment = Experiment::of_structure("", scene(values).scene().clone()).unwrap();
+        let observed = samples.iter().cloned().zip(&places);
+        let experiment = observed.fold(experiment, |experiment, (samples, place)| {
+            experiment.observe(Observation::new(samples).of_structure(place.clone()).sigma(1e-4))
+        });
+        let names = NAMES.iter().map(|name| name.parse::<Parameter>().unwrap());
+        names.fold(Fit::of([experiment]), Fit::identify).analyse(Analysis {
+            discretization_error: Refinement::None,
+            sensitivity_analysis: Some(false),
+            ..Analysis::default()
+        })
+    };
+    let start = [0.4, 8.0, 2e9, 0.25];
+    let residuals = fit_from(start).residuals().unwrap();
+    let unknowns = residuals.unknowns().iter().zip(start);
+    let x: Vec<f64> = unknowns.map(|(unknown, value)| unknown.to_scale(value)).collect();
+    check_jacobian(&residuals, &x, 1e-4, 1e-6);
+    let report = fit_from(start).solve().unwrap();
+    assert!(report.converged, "{report}");
+    for (name, truth) in NAMES.iter().zip(truth) {
+        let found = report.estimate(name.parse().unwrap()).unwrap().value.unwrap();
+        println!("{name}: off by {:.1e}", found / truth - 1.0);
+        assert!((found / truth - 1.0).abs() < 1e-6, "{name}: {found} {truth}");
     }
 }
 
