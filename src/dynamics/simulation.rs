@@ -511,6 +511,7 @@ impl<D: RodScalar, R: Rod<D>> Simulation<D, R> {
         std::mem::swap(&mut self.state, &mut self.previous);
         let (before, state, work) = (&self.previous, &mut self.state, &mut self.work);
         let time = plain.state.time;
+        self.system.rod.move_obstacles([before.time, time]);
         let step = Step { system: &self.system, time, h: time - before.time };
         newton.repeat(&step, before, state, solver, &plain.state.q, work);
         self.stepper.finish(&step, before, state, work);

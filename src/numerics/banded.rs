@@ -81,12 +81,6 @@ impl<D: Scalar, const W: usize> BandMatrix<D, W> {
         Self { diagonal, below, skew: Vec::new() }
     }
 
-    /// Whether the matrix is stored as symmetric: no unsymmetric block was added since it was made, cleared or
-    /// overwritten through `columns_mut`.
-    pub fn is_symmetric(&self) -> bool {
-        self.skew.is_empty()
-    }
-
     /// Mutable access to the differences of the upper triangle from the transposed lower one. Allocates them, as zeros,
     /// if the matrix was symmetric.
     fn allocated_skew(&mut self) -> &mut [[D; W]] {
@@ -338,6 +332,12 @@ impl<D: Scalar, const W: usize> UnsymmetricTangent<D> for BandMatrix<D, W> {
                 skew[start + c][r - c - 1] += block[c][r] - block[r][c];
             }
         }
+    }
+
+    /// Whether the matrix is stored as symmetric: no unsymmetric block was added since it was made, cleared or
+    /// overwritten through `columns_mut`.
+    fn is_symmetric(&self) -> bool {
+        self.skew.is_empty()
     }
 }
 

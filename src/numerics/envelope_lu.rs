@@ -1,16 +1,18 @@
 //! `L U` factors of an unsymmetric matrix with the symmetric pattern of an [envelope](Envelope): [`EnvelopeLu`].
 //!
 //! Such a matrix is a symmetric one plus a factor times 3 x 3 blocks on its diagonal ([`DiagonalBlock`]), which lie
-//! inside the envelope. Implicit time steps with rotating bodies in space have one. `set` copies the matrix, `factor`
+//! inside the envelope. Implicit time steps with rotating bodies in space have one. With damping or friction of
+//! contacts the triangles differ anywhere in the envelope (`add_to_upper`, `add`). `set` copies the matrix, `factor`
 //! replaces it by `L` (unit diagonal) and `U`, and `solve` overwrites several right-hand sides by their solutions. The
 //! elimination exchanges no rows and fills no entry outside the envelope. A pivot that is zero or not finite is an
-//! error with its row. No exchanges are needed, since the mass matrix is positive definite, and the blocks are small
+//! error with its row. No exchanges are needed, since the mass matrix is positive definite, and the rest is small
 //! beside it at reasonable steps.
 
 use crate::numerics::envelope::Envelope;
 use crate::numerics::rotation::Matrix3;
 use crate::numerics::scalar::Scalar;
 use crate::numerics::tangent::{RightHandSide, Singular};
+use std::cmp::Ordering;
 
 /// Three rows and columns on the diagonal, whose entries need not be symmetric.
 #[derive(Clone, Copy, Debug)]
@@ -67,6 +69,26 @@ impl<D: Scalar> EnvelopeLu<D> {
                     self.upper[start + r][at] += entries[c][r] * factor;
                 }
             }
+        }
+    }
+
+    /// Adds `factor` times the entries of `differences` below the diagonal to those at the transposed places, in the
+    /// upper triangle. Its envelope is that of this matrix, which is not yet factored.
+    pub fn add_to_upper(&mut self, differences: &Envelope<D>, factor: D) {
+        differences.for_each(|i, j, entry| {
+            if j < i {
+                self.upper[i][j - self.first[i]] += entry * factor;
+            }
+        });
+    }
+
+    /// Adds `entry` to that of row `i`, column `j`, in either triangle inside the envelope. The matrix is not yet
+    /// factored.
+    pub fn add(&mut self, i: usize, j: usize, entry: D) {
+        match i.cmp(&j) {
+            Ordering::Equal => self.diagonal[i] += entry,
+            Ordering::Greater => self.lower[i][j - self.first[i]] += entry,
+            Ordering::Less => self.upper[j][i - self.first[j]] += entry,
         }
     }
 
@@ -132,7 +154,7 @@ impl<D: Scalar> EnvelopeLu<D> {
 mod tests {
     use super::*;
 
-    /// Oracle: the dense LU factors of nalgebra.
+    /// Blocks, differences of the triangles and single entries. Oracle: the dense LU factors of nalgebra.
     #[test]
     fn solution_agrees_with_that_of_the_dense_matrix() {
         let first = vec![0, 0, 0, 2, 1, 3, 3, 3];
@@ -159,6 +181,16 @@ mod tests {
         }
         let mut factors = EnvelopeLu::default();
         factors.set(&matrix, &blocks, 0.7);
+        let mut differences = matrix.clone();
+        differences.set_scaled(&matrix, 0.5);
+        factors.add_to_upper(&differences, 0.4);
+        for i in 0..8 {
+            (0..i).for_each(|j| dense[(j, i)] += 0.2 * matrix.get(i, j));
+        }
+        for (i, j, entry) in [(4, 2, 0.3), (2, 4, -0.2), (5, 5, 0.4)] {
+            factors.add(i, j, entry);
+            dense[(i, j)] += entry;
+        }
         factors.factor().unwrap();
         let b: Vec<[f64; 1]> = (0..8).map(|i| [(1.7 * i as f64).cos()]).collect();
         let mut x = b.clone();

@@ -82,6 +82,9 @@ pub trait UnsymmetricTangent<D: Scalar>: Tangent<D> {
     /// Adds the leading `size` by `size` part of `block`, both triangles, to the entries from row and column `start`
     /// on.
     fn add_unsymmetric<const N: usize>(&mut self, start: usize, size: usize, block: &[[D; N]; N]);
+
+    /// Whether no such block was added since the matrix was made or cleared.
+    fn is_symmetric(&self) -> bool;
 }
 
 /// A [`Tangent`] whose sparsity pattern follows from its order.

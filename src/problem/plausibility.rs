@@ -58,6 +58,15 @@ pub(crate) enum Purpose {
     Modes,
 }
 
+/// Text about the first of these contacts that has friction, which equilibria and modes do not have; `None` without one.
+pub(crate) fn ignored_friction(contacts: &[Contact]) -> Option<String> {
+    let rough = contacts.iter().position(Contact::has_friction)?;
+    Some(format!(
+        "the friction of contacts[{rough}] is ignored in equilibria and modes: the rod slides freely along the obstacle. \
+         Simulate the motion with [time] for friction"
+    ))
+}
+
 impl Problem {
     /// Whether numbers of the scene appear to be in other units than SI, or are those of no material.
     pub(crate) fn has_implausible_units(&self) -> bool {
@@ -147,13 +156,7 @@ impl Problem {
     /// Warning of an equilibrium or modes of a scene with friction, of a contact or in the rod, which they do not have;
     /// `None` without friction.
     fn frictionless_note(&self) -> Option<(Code, String)> {
-        let rough = self.scene.contacts.iter().position(Contact::has_friction);
-        let contact = rough.map(|rough| {
-            format!(
-                "the friction of contacts[{rough}] is ignored in equilibria and modes: the rod slides freely along the \
-                 obstacle. Simulate the motion with [time] for friction"
-            )
-        });
+        let contact = ignored_friction(&self.scene.contacts);
         let rod = self.scene.loads.damping.friction.map(|friction| {
             format!(
                 "equilibria and modes are without loads.damping.friction, whose springs resist up to their slip: at small \

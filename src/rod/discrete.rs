@@ -494,6 +494,7 @@ impl<D: RodScalar, L: Layout<N, S>, const N: usize, const S: usize> Rod<D>
     fn add_contact_losses(
         &self,
         q: &[D],
+        _: &Self::Frames,
         velocities: StepVelocities<'_, D>,
         forces: &mut [D],
         tangent: Option<&mut Self::Tangent>,

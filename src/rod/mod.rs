@@ -301,6 +301,7 @@ pub trait Rod<D: Scalar>: Clone + Send + Sync {
     fn add_contact_losses(
         &self,
         _q: &[D],
+        _frames: &Self::Frames,
         _velocities: StepVelocities<'_, D>,
         _forces: &mut [D],
         _tangent: Option<&mut Self::Tangent>,

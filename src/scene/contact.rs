@@ -229,7 +229,7 @@ impl<D: Scalar> Contact<D> {
     }
 
     /// Damping, s/m, friction coefficient and slip velocity, m/s, as the scene gives them.
-    pub(super) fn given_losses(&self) -> [Option<D>; 3] {
+    fn given_losses(&self) -> [Option<D>; 3] {
         let (damping, friction) = (of_any_kind!(self, damping), of_any_kind!(self, friction));
         [*damping, *friction, *of_any_kind!(self, slip_velocity)]
     }

@@ -3,8 +3,8 @@
 //!
 //! [`StructureScene`] is generic over the type of its numbers, as [`Scene`]: `map_numbers` converts each by its path,
 //! in which rods, materials and bodies have their names. Rods name materials; joints, supports and loads name rods and
-//! bodies. [`StructureScene::validate`] rejects invalid numbers, names, supports and contacts, friction, and a `[time]`
-//! without a step or with an unsupported scheme; files are not read.
+//! bodies. [`StructureScene::validate`] rejects invalid numbers, names, supports and contacts, internal friction, a
+//! `[time]` without a step or with an unsupported scheme; files are not read.
 //!
 //! `part` is the scene of one rod alone with given supports. It has shape, section, taper, natural curvature, masses
 //! and material of the rod, and gravity, damping, contacts and `[time]` of the structure; `fill_part` replaces these in
@@ -66,7 +66,7 @@ table! {
         /// Gravity, forces and damping.
         #[serde(default)]
         pub loads: StructureLoads<D> = TABLE,
-        /// Obstacles that all rods touch, without damping and friction.
+        /// Obstacles that all rods touch.
         #[serde(default, skip_serializing_if = "Vec::is_empty")]
         pub contacts: Vec<Contact<D>> = TABLE,
         /// State at t = 0.
@@ -385,7 +385,7 @@ impl StructureScene {
     /// - loads: on one rod or one body that exists
     /// - three moments of inertia of a body: none above the sum of the others
     /// - the initial state: rest, equilibrium, or with a `[recording]` recorded
-    /// - supports; and that there is no friction
+    /// - supports and contacts; and that there is no internal friction
     /// - `[time]`: a step up to its end, and a scheme that supports joints and supports
     ///
     /// Connections of joints, and supports of unknown rods, are checked when a model is built.
@@ -495,18 +495,12 @@ impl StructureScene {
         ensure(!is_recorded, "time.scheme", &found, allowed)
     }
 
-    /// Rejects invalid contacts ([`check_contacts`]) of any rod, damping and friction of a contact, whose derivatives
-    /// are not symmetric, and obstacles that are moved by a recording.
+    /// Rejects invalid contacts ([`check_contacts`]) of any rod, and obstacles that are moved by a recording.
     fn check_contacts(&self) -> Result<(), Error> {
         for rod in &self.rods {
             check_contacts(&self.contacts, &rod.section)?;
         }
         for (i, contact) in self.contacts.iter().enumerate() {
-            let allowed = "no such key: contacts of a structure have neither damping nor friction";
-            let names = ["damping", "friction", "slip_velocity"];
-            for (name, given) in names.into_iter().zip(contact.given_losses()) {
-                ensure(given.is_none(), format!("contacts[{i}].{name}"), "a number", allowed)?;
-            }
             for (k, motion) in contact.motions().iter().enumerate() {
                 let key = format!("contacts[{i}].motion[{k}].file");
                 let allowed = "no such key for a structure: a displacement with ramp or frequency";

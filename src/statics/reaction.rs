@@ -174,7 +174,7 @@ impl<M: Model> Discretized<'_, M> {
             }
         }
         let velocities = StepVelocities { velocity: v, slope: zero };
-        rod.add_contact_losses(q, velocities, &mut force, None);
+        rod.add_contact_losses(q, frames, velocities, &mut force, None);
         let mut dragged = vec![zero; q.len()];
         if let Some(drag) = drag {
             let mut tangents = Vec::new();

@@ -139,7 +139,9 @@ impl Structure {
             let squared = mode.squared.abs();
             squared > zero && pencil.rounding(&mode.vector) > MAX_ROUNDING * squared
         };
-        let mut warnings = Vec::new();
+        let frictionless = self.frictionless_warning();
+        let mut warnings: Vec<String> =
+            frictionless.into_iter().map(|(code, words)| code.behind(&words)).collect();
         if found.iter().any(is_rounded) {
             warnings.push(
                 "rounding errors of fine edges may exceed 1e-3 of the lowest frequencies. Use fewer segments"

@@ -3,7 +3,8 @@
 //!
 //! Functions for single rods are called for each rod of a structure, as a scene of its own; messages about a rod begin
 //! with its name. [`Structure`] has `motion_warnings` (codes and texts of the recording, of steps that resolve it
-//! poorly, and of units), `unit_warnings`, and `equilibrium_warnings` (texts of units, strains and contacts).
+//! poorly, and of units), `unit_warnings`, `frictionless_warning` (equilibria and modes), and `equilibrium_warnings`
+//! (texts of units, strains and contacts).
 //! [`ExtremesOfRods`] records the largest strain and overlap of each rod over all states that `add` receives, and warns
 //! of strains beyond the linear range or a table, of deep contacts, and of a coarse given step. Rods with a recorded end have no strains, as
 //! the distances of markers have tracking errors.
@@ -12,7 +13,7 @@ use crate::code::Code;
 use crate::dynamics::StepError;
 use crate::problem::penetration::PenetrationRecord;
 use crate::problem::strain::StrainRecord;
-use crate::problem::{Problem, Purpose};
+use crate::problem::{Problem, Purpose, ignored_friction};
 use crate::scene::Time;
 use crate::structure::definition::Structure;
 use crate::structure::equilibrium::StructureEquilibrium;
@@ -136,12 +137,19 @@ impl Structure {
         ExtremesOfRods(ends.map(of_rod).collect())
     }
 
+    /// The warning of an equilibrium or modes, with its code, that the friction of a contact is left out; `None` without
+    /// friction.
+    pub(super) fn frictionless_warning(&self) -> Option<(Code, String)> {
+        ignored_friction(&self.scene.contacts).map(|words| (Code::Frictionless, words))
+    }
+
     /// Warnings of an equilibrium of this structure, each with its code in brackets at the end: implausible units,
-    /// large strains and deep contacts of its rods.
+    /// large strains and deep contacts of its rods, and contacts whose friction is left out.
     pub fn equilibrium_warnings(&self, found: &StructureEquilibrium) -> Vec<String> {
         let mut extremes = self.extremes();
         extremes.add(&found.shape, None);
         let warnings = self.unit_warnings().into_iter().chain(extremes.warnings(false));
+        let warnings = warnings.chain(self.frictionless_warning());
         warnings.map(|(code, words)| code.behind(words)).collect()
     }
 

@@ -29,10 +29,12 @@ acceleration accuracy actuation actuators adapter adequacy adjoint adjoint_gradi
 anchor_spring ar1 arrays assembly assessment attach attachment autocorrelation autodiff averaging
 axes banded basis bench bend_twist beside_walls bias bisection blocks blueprint bodies bootstrap
 bordered boundary branch_relaxation break_points buckling buckling_form budget cable calculation
-camera camera_needs campaign candidate_designs card carrying cases changes chart check checkpoints
+camera camera_needs campaign candidate_designs card
+carried_velocities carrying cases changes chart check checkpoints
 closed_forms cluster_jackknife coarse code coefficients collect columns combinations combined
 command comparison compute constant_axes contact contact_loss contact_losses contacts contributions
-convergence conversion coordinate_series correlation covariance coverage_factor critical_load csv
+convergence conversion coordinate_series correlation coupling
+covariance coverage_factor critical_load csv
 csv_table curved_joints damping data data_precheck dataset dead_load dead_moment definition density
 descent design determined_groups diagnostics dial_gauge_effects difference directions director_axes discrepancy
 discrete discretization displacement_driven display drag drag_forces drawing draws duplicates
@@ -51,7 +53,8 @@ inspection inspection_summary job_script joined_rods joint joint_law journal kno
 largest_step law layout ldlt levenberg_marquardt limit limits line_loads line_search linearization
 linearized links lists load_cell_effects load_deflection load_deflection_form loads local_analysis local_minima loss
 low_pass lowest_eigenvalues lu marker marker_place mass material maxwell mean_rotation mean_stretch measured_run
-measurement measurement_tables measures member mesh method_intervals method_table minimum
+measurement measurement_tables measures member member_factors mesh
+method_intervals method_table minimum
 minimum_comparison misfit missing_keys mode mode_numbers model model_with_setup modes moments
 momentum motion motion_rate moved_obstacles moving mujoco name natural_turn nearest neighbors
 neutral_equilibrium newton nodal node_history noise noise_scale nonlinear nonlinear_bending number
@@ -74,7 +77,7 @@ scheme_support score_tests search secant_stiffness section section_profile sensi
 sensitivity_carrier sensitivity_growth sensitivity_pipeline sensor sensor_channel sensor_form
 sensor_model sensor_reference sensor_table settings setup shape shape_columns shape_form shard
 shear_deflection signal signal_curve signal_samples signal_steps simd simulate simulated simulation
-slenderness slip slip_state snapshots soft_clamp space spatial spatial_bodies spatial_inertia
+skew_part slenderness slip slip_state snapshots soft_clamp space spatial spatial_bodies spatial_inertia
 spatial_motion spectrum splitting spring_rotation stability standardization standing start
 start_forces starts state static_mesh statics status step step_control step_error step_map stepper stiffness
 stopwatch store strain stretch structure structure_catalog structure_effects structure_experiment

@@ -232,9 +232,6 @@ fn contacts_that_a_structure_does_not_have_are_rejected() {
     let motion = "motion = [{ file = \"floor.csv\" }]\n";
     let beside = "[[contacts]]\nkind = \"cylinder\"\npoint = [0, -0.1, 0]\naxis = [0, 0, 1]\nradius = 0.099\n";
     for (contact, key) in [
-        (format!("{FLOOR}friction = 0.3\n"), "contacts[0].friction"),
-        (format!("{FLOOR}damping = 0\n"), "contacts[0].damping"),
-        (format!("{FLOOR}slip_velocity = 1e-3\n"), "contacts[0].slip_velocity"),
         (format!("{FLOOR}{motion}"), "contacts[0].motion[0].file"),
         (FLOOR.replace("[0, 1, 0]", "[0, 0, 0]"), "contacts[0].normal"),
         (FLOOR.replace("-0.02", "0.001"), "contacts[0]"),

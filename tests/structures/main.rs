@@ -1,6 +1,7 @@
 //! Structures: assemblies of rods, bodies and joints against closed forms, the dynamic stiffness method and dual numbers.
 
 mod assembly;
+mod contact_losses;
 mod contacts;
 mod damping;
 mod derivative_checks;

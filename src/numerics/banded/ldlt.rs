@@ -15,7 +15,7 @@ use crate::numerics::banded::substitution::EndRows;
 use crate::numerics::banded::{BandMatrix, array_mut};
 use crate::numerics::scalar::Scalar;
 use crate::numerics::simd::PairLevel;
-use crate::numerics::tangent::{Factors, RightHandSide, Singular};
+use crate::numerics::tangent::{Factors, RightHandSide, Singular, UnsymmetricTangent};
 use std::ops::Range;
 
 /// The factors of a range of rows and columns of a [`BandMatrix`]: `L D L^T`, or `L U` if it is not symmetric.

@@ -23,9 +23,9 @@
 
 use crate::numerics::scalar::{RodScalar, Scalar};
 use crate::rod::assembly::attachment::Attachment;
-use crate::rod::assembly::carrying::{CarriedMotion, CarryingBodies, is_viscous};
+use crate::rod::assembly::carrying::{CarriedMotion, CarryingBodies, VelocitySlopes, is_viscous};
 use crate::rod::assembly::frames::AssemblyFrames;
-use crate::rod::{Energies, Viscosity};
+use crate::rod::{Energies, StepVelocities, Viscosity};
 
 /// Largest number of coordinates on which the position of a carried node depends.
 const MOST: usize = 4;
@@ -247,6 +247,19 @@ impl<D: RodScalar> CarryingBodies<D, [D; 2]> for Bodies<D> {
         to: &mut Vec<CarriedPosition<D>>,
     ) {
         self.place_nodes(z, attachment, to);
+    }
+
+    /// Appends to `to` the slopes of the velocity of each node of an attachment.
+    fn velocity_slopes(
+        &self,
+        _: &[D],
+        _: &AssemblyFrames<D>,
+        rates: StepVelocities<'_, D>,
+        _: &Attachment<[D; 2]>,
+        carried: &[CarriedPosition<D>],
+        to: &mut Vec<VelocitySlopes<D>>,
+    ) {
+        to.extend(carried.iter().map(|node| node.planar_velocity_slopes(rates.velocity)));
     }
 
     /// An empty list: in a plane the coordinates of bodies have no gaps.

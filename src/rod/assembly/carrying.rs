@@ -16,7 +16,7 @@ use crate::rod::assembly::attachment::Attachment;
 use crate::rod::assembly::frames::AssemblyFrames;
 use crate::rod::assembly::tangent::BorderedTangent;
 use crate::rod::layout::Layout;
-use crate::rod::{AssembledRod, DiscreteRod, Energies, RodViscosity, Viscosity};
+use crate::rod::{AssembledRod, DiscreteRod, Energies, RodViscosity, StepVelocities, Viscosity};
 use std::borrow::Cow;
 use std::fmt::Debug;
 
@@ -103,7 +103,20 @@ pub trait CarriedMotion<D> {
     /// indices `i` and `j`, N/m; by rotations in space they are those by the increment times its scale, as in `slope`.
     /// All pairs without a call have the second derivative zero.
     fn add_curvature(&self, force: &[D], add: impl FnMut(usize, usize, D));
+
+    /// Calls `add(i, j, x)` with the change `x`, N/m, of the derivative of `force.values` by the body coordinate with
+    /// the index `i`, by that with the index `j`, at a constant `force`. In space derivatives by a rotation are by
+    /// increments in its axes, which turn with it, so that `x` is not symmetric: its symmetric part is that of
+    /// `add_curvature`, which is the default.
+    fn add_turned(&self, force: &[D], add: impl FnMut(usize, usize, D)) {
+        self.add_curvature(force, add);
+    }
 }
+
+/// For one carried node: derivatives of the velocities of its unknowns (up to four) by the increment of each coordinate
+/// that carries it (up to nine, in the order of [`CarriedMotion`]) beyond those of the unknowns times the derivative of
+/// a velocity by its unknown, 1/s.
+pub(super) type VelocitySlopes<D> = [[D; 4]; 9];
 
 /// Whether a viscous time, s, has a value or derivatives other than zero.
 pub(super) fn is_viscous<D: RodScalar>(time: D) -> bool {
@@ -131,6 +144,19 @@ pub trait CarryingBodies<D: RodScalar, P>: Clone + Debug + Send + Sync {
         frames: &AssemblyFrames<D>,
         attachment: &Attachment<P>,
         to: &mut Vec<Self::Motion>,
+    );
+
+    /// Appends to `to` the [`VelocitySlopes`] of each node of an attachment, `carried`, at the end of a step. `rates`
+    /// are the velocities of all body coordinates, those of rotations in space as angular velocities in their axes
+    /// times their scale.
+    fn velocity_slopes(
+        &self,
+        z: &[D],
+        frames: &AssemblyFrames<D>,
+        rates: StepVelocities<'_, D>,
+        attachment: &Attachment<P>,
+        carried: &[Self::Motion],
+        to: &mut Vec<VelocitySlopes<D>>,
     );
 
     /// The frame (tangent and director, world axes) of the edge that an attachment carries. `None` in a plane, for a

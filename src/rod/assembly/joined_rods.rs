@@ -33,6 +33,7 @@ use crate::rod::assembly::frames::AssemblyFrames;
 use crate::rod::assembly::layout::AssemblyLayout;
 use crate::rod::assembly::member::{Member, MemberWorkspace, RodUnknowns};
 use crate::rod::assembly::reduction::{reduce_gradient, reduce_tangent};
+use crate::rod::assembly::skew_part::SkewPart;
 use crate::rod::assembly::tangent::{BorderedTangent, MemberTangent};
 use crate::rod::{Energies, ReferenceFrames, Rod, Viscosity};
 use std::ops::Range;
@@ -129,7 +130,7 @@ impl<D: RodScalar, L: AssemblyLayout> JoinedRods<D, L> {
     /// Calls `visit` for each rod in order with its frames and work space. The latter has a copy of the rod's unknowns
     /// at `q` with carried and fixed nodes placed, and the carried nodes with derivatives. Frames of carried edges are
     /// those of their bodies.
-    fn for_each_placed(
+    pub(super) fn for_each_placed(
         &self,
         q: &[D],
         frames: &AssemblyFrames<D>,
@@ -149,6 +150,26 @@ impl<D: RodScalar, L: AssemblyLayout> JoinedRods<D, L> {
                 room.frames = Some(rod_frames);
             }
         }
+    }
+
+    /// Calls `visit` for each rod as [`for_each_placed`](Self::for_each_placed) does, with the velocities of its
+    /// unknowns in the list `other` of the work space. They are those of `v`, of carried nodes those that follow from
+    /// the bodies.
+    pub(super) fn for_each_moving(
+        &self,
+        [q, v]: [&[D]; 2],
+        frames: &AssemblyFrames<D>,
+        mut visit: impl FnMut(&Member<D, L>, &L::RodFrames<D>, &mut RodUnknowns<D, L>),
+    ) {
+        let (rods, z_rates) = v.split_at(self.first);
+        let increments = self.bodies.increments(&q[self.first..], frames, z_rates);
+        self.for_each_placed(q, frames, |member, own_frames, room| {
+            let RodUnknowns { carried, other, .. } = &mut *room;
+            other.clear();
+            other.extend_from_slice(&rods[member.range.clone()]);
+            member.set_rates(carried, &increments, other);
+            visit(member, own_frames, room);
+        });
     }
 
     /// The first place that `find` returns for a rod, in order, from its frames and its unknowns `before` and `now`.
@@ -195,7 +216,8 @@ impl<D: RodScalar, L: AssemblyLayout> JoinedRods<D, L> {
             all().for_each(|i| first[*i] = first[*i].min(*least));
         }
         let bodies = Envelope::zeros(first);
-        BorderedTangent { members, first: self.first, bodies, blocks: Vec::new() }
+        let (blocks, skew) = (Vec::new(), SkewPart::none());
+        BorderedTangent { members, first: self.first, bodies, blocks, skew }
     }
 
     /// Lumped mass of every unknown, kg (kg m^2 for angles of edges). Those without effect have an arbitrary positive
@@ -237,8 +259,9 @@ impl<D: RodScalar, L: AssemblyLayout> JoinedRods<D, L> {
         tangent: &mut TangentOfLayout<D, L>,
     ) {
         let ((rods, bodies), z) = (gradient.split_at_mut(self.first), &q[self.first..]);
-        let BorderedTangent { members, bodies: corner, blocks, .. } = tangent;
+        let BorderedTangent { members, bodies: corner, blocks, skew, .. } = tangent;
         blocks.clear();
+        skew.clear();
         self.bodies.gradient(z, frames, bodies);
         corner.clear();
         self.bodies.add_tangent(z, frames, |i, j, entry| corner.add(i, j, entry));
@@ -346,25 +369,26 @@ impl<D: RodScalar, L: AssemblyLayout> JoinedRods<D, L> {
         self.members.iter_mut().for_each(|member| member.rod.move_obstacles(interval));
     }
 
-    /// The work, J, of the obstacles in their movement between two times, s, with the forces at the unknowns `q`.
-    pub fn obstacle_work(&self, interval: [f64; 2], q: &[D], frames: &AssemblyFrames<D>) -> f64 {
+    /// The work, J, of the obstacles in their movement between two times, s, with the forces at the unknowns `q` and
+    /// velocities `v`.
+    pub fn obstacle_work(
+        &self,
+        interval: [f64; 2],
+        [q, v]: [&[D]; 2],
+        frames: &AssemblyFrames<D>,
+    ) -> f64 {
         let mut work = 0.0;
-        // Contacts of rods in an assembly have no forces that depend on velocities.
-        self.for_each_placed(q, frames, |member, own, RodUnknowns { q, other, .. }| {
-            other.clear();
-            other.resize(q.len(), D::from(0.0));
+        self.for_each_moving([q, v], frames, |member, own, RodUnknowns { q, other, .. }| {
             work += member.rod.obstacle_work(interval, [q, other], own);
         });
         work
     }
 
-    /// Minus the forces of each contact on all nodes, N, at the unknowns `q`: one list of all unknowns per contact.
-    /// Forces on carried nodes are in the entries of these nodes.
-    pub fn contact_gradients(&self, q: &[D], frames: &AssemblyFrames<D>) -> Vec<Vec<D>> {
+    /// Minus the forces of each contact on all nodes, N, damping and friction included, at the unknowns `q` and
+    /// velocities `v`: one list of all unknowns per contact. Forces on carried nodes are in the entries of these nodes.
+    pub fn contact_gradients(&self, [q, v]: [&[D]; 2], frames: &AssemblyFrames<D>) -> Vec<Vec<D>> {
         let mut gradients: Vec<Vec<D>> = Vec::new();
-        self.for_each_placed(q, frames, |member, own, RodUnknowns { q, other, .. }| {
-            other.clear();
-            other.resize(q.len(), D::from(0.0));
+        self.for_each_moving([q, v], frames, |member, own, RodUnknowns { q, other, .. }| {
             let of_rod = member.rod.contact_gradients([q, other], own);
             gradients.resize_with(of_rod.len(), || vec![D::from(0.0); self.mass.len()]);
             for (all, own) in gradients.iter_mut().zip(of_rod) {

@@ -9,7 +9,7 @@
 
 use crate::energy::frame::{EdgeFrame, Frames};
 use crate::numerics::scalar::{RodScalar, Scalar};
-use crate::numerics::tangent::Tangent;
+use crate::numerics::tangent::UnsymmetricTangent;
 use crate::rod::assembly::bodies::Bodies;
 use crate::rod::assembly::carrying::{CarryingBodies, MemberRod};
 use crate::rod::assembly::frames::AssemblyFrames;
@@ -27,7 +27,7 @@ pub trait AssemblyLayout: Copy + Debug + Send + Sync + 'static {
     /// The frames of a rod.
     type RodFrames<D: RodScalar>: ReferenceFrames<D>;
     /// The second derivatives of the energy of a rod.
-    type Band<D: RodScalar>: Tangent<D>;
+    type Band<D: RodScalar>: UnsymmetricTangent<D>;
     /// A rod.
     type Rod<D: RodScalar>: MemberRod<D>
         + Rod<D, Tangent = Self::Band<D>, Frames = Self::RodFrames<D>>;

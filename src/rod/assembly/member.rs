@@ -13,10 +13,10 @@
 
 use crate::numerics::scalar::RodScalar;
 use crate::rod::assembly::attachment::{Attachment, CarriedNode, FixedNode};
-use crate::rod::assembly::carrying::{CarriedMotion, CarryingBodies, MemberRod};
+use crate::rod::assembly::carrying::{CarriedMotion, CarryingBodies, MemberRod, VelocitySlopes};
+use crate::rod::assembly::coupling::Coupling;
 use crate::rod::assembly::frames::AssemblyFrames;
 use crate::rod::assembly::layout::AssemblyLayout;
-use crate::rod::assembly::tangent::Coupling;
 use crate::rod::{RodViscosity, Viscosity};
 use std::ops::Range;
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -190,6 +190,8 @@ pub(super) struct RodUnknowns<D: RodScalar, L: AssemblyLayout> {
     pub other_carried: Vec<MotionOf<D, L>>,
     /// One or more numbers for each element, such as strains or axial forces.
     pub elements: Vec<D>,
+    /// Slopes of the velocities of its carried nodes.
+    pub slopes: Vec<VelocitySlopes<D>>,
 }
 
 impl<D: RodScalar, L: AssemblyLayout> Default for RodUnknowns<D, L> {
@@ -202,6 +204,7 @@ impl<D: RodScalar, L: AssemblyLayout> Default for RodUnknowns<D, L> {
             other: Vec::new(),
             other_carried: Vec::new(),
             elements: Vec::new(),
+            slopes: Vec::new(),
         }
     }
 }

@@ -14,22 +14,28 @@
 //! [`spatial_bodies`] (space).
 //!
 //! Files: `member` (one rod with its carried and fixed nodes), `joined_rods` (evaluation of all rods), `reduction`
-//! (chain rule through carried nodes), `joint_law` (elastic joints in space), `tangent` and `bordered` (matrix and
-//! factors). Rotations in space are in `spatial_motion`, `conversion` and `rotational_inertia`. `attachment`,
+//! (chain rule through carried nodes), `joint_law` (elastic joints in space), `tangent`, `coupling`, `skew_part`,
+//! `member_factors` and `bordered` (matrix and factors). Damping and friction of contacts are in `contact_losses` and
+//! `carried_velocities`, rotations in space in `spatial_motion`, `conversion` and `rotational_inertia`. `attachment`,
 //! `carrying`, `frames` and `layout` have data and interfaces.
 
 pub mod attachment;
 pub mod bodies;
 mod bordered;
+mod carried_velocities;
 pub mod carrying;
+mod contact_losses;
 mod conversion;
+mod coupling;
 pub mod frames;
 pub mod joined_rods;
 pub mod joint_law;
 pub mod layout;
 mod member;
+mod member_factors;
 mod reduction;
 mod rotational_inertia;
+mod skew_part;
 pub mod spatial_bodies;
 pub mod spatial_motion;
 mod tangent;
@@ -48,7 +54,7 @@ pub use tangent::BorderedTangent;
 use crate::energy::Derivatives;
 use crate::numerics::scalar::RodScalar;
 use crate::rod::layout::{Plane, Space};
-use crate::rod::{Energies, Rod, RotationRates, Viscosity};
+use crate::rod::{Energies, Rod, RotationRates, StepVelocities, Viscosity};
 use num_dual::Dual64;
 use std::ops::Range;
 
@@ -332,9 +338,39 @@ impl<D: RodScalar> Rod<D> for Assembly<D> {
         of_either!(self, rods => rods.passed_obstacle(before, now, frames))
     }
 
-    /// Minus the forces of each contact on all unknowns, N, at the unknowns `q`: one list per contact.
-    fn contact_gradients(&self, [q, _]: [&[D]; 2], frames: &AssemblyFrames<D>) -> Vec<Vec<D>> {
-        of_either!(self, rods => rods.contact_gradients(q, frames))
+    /// Whether contacts have damping or friction.
+    #[inline(always)]
+    fn has_contact_losses(&self) -> bool {
+        of_either!(self, rods => rods.has_contact_losses())
+    }
+
+    /// Adds minus the damping and friction forces of contacts at `q`, N, to `forces`, those on carried nodes to the
+    /// coordinates of bodies. If `tangent` is given, their derivatives by the unknowns at the end of the step, N/m, are
+    /// added to it, which is then not symmetric. In space they are by increments of rotations.
+    fn add_contact_losses(
+        &self,
+        q: &[D],
+        frames: &AssemblyFrames<D>,
+        velocities: StepVelocities<'_, D>,
+        forces: &mut [D],
+        tangent: Option<&mut AssemblyTangent<D>>,
+    ) {
+        match (self, tangent) {
+            (Self::Plane(rods), Some(AssemblyTangent::Plane(tangent))) => {
+                rods.add_contact_losses(q, frames, velocities, forces, Some(tangent));
+            }
+            (Self::Space(rods), Some(AssemblyTangent::Space(tangent))) => {
+                rods.add_contact_losses(q, frames, velocities, forces, Some(tangent));
+            }
+            (Self::Plane(rods), _) => rods.add_contact_losses(q, frames, velocities, forces, None),
+            (Self::Space(rods), _) => rods.add_contact_losses(q, frames, velocities, forces, None),
+        }
+    }
+
+    /// Minus the forces of each contact on all unknowns, N, damping and friction included, at the unknowns `q` and
+    /// velocities `v`: one list per contact.
+    fn contact_gradients(&self, [q, v]: [&[D]; 2], frames: &AssemblyFrames<D>) -> Vec<Vec<D>> {
+        of_either!(self, rods => rods.contact_gradients([q, v], frames))
     }
 
     /// Whether an obstacle has a prescribed motion.
@@ -347,14 +383,15 @@ impl<D: RodScalar> Rod<D> for Assembly<D> {
         of_either!(self, rods => rods.move_obstacles(interval));
     }
 
-    /// The work, J, of the obstacles in their movement between two times, s, with the forces at the unknowns `q`.
+    /// The work, J, of the obstacles in their movement between two times, s, with the forces at the unknowns `q` and
+    /// velocities `v`.
     fn obstacle_work(
         &self,
         interval: [f64; 2],
-        [q, _]: [&[D]; 2],
+        [q, v]: [&[D]; 2],
         frames: &AssemblyFrames<D>,
     ) -> f64 {
-        of_either!(self, rods => rods.obstacle_work(interval, q, frames))
+        of_either!(self, rods => rods.obstacle_work(interval, [q, v], frames))
     }
 
     /// Energies at `q`, J, summed over the rods: stretching, bending, twisting and potential of loads. Joint springs

@@ -10,9 +10,10 @@ use crate::numerics::envelope::Envelope;
 use crate::numerics::scalar::RodScalar;
 use crate::numerics::tangent::Tangent;
 use crate::rod::assembly::carrying::CarriedMotion;
+use crate::rod::assembly::coupling::Coupling;
 use crate::rod::assembly::layout::AssemblyLayout;
 use crate::rod::assembly::member::{Member, MotionOf};
-use crate::rod::assembly::tangent::{Coupling, MemberTangent};
+use crate::rod::assembly::tangent::MemberTangent;
 
 /// Adds to `bodies`, N, the derivatives by the coordinates of bodies: the gradient `rod` at each carried node times the
 /// derivatives of its unknowns (`carried`, in the order of the nodes). Entries of carried and fixed nodes in `rod`

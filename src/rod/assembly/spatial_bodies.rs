@@ -18,13 +18,13 @@ use crate::numerics::scalar::RodScalar;
 use crate::numerics::tangent::Tangent;
 use crate::numerics::vector::{Vector, cross, dot};
 use crate::rod::assembly::attachment::Attachment;
-use crate::rod::assembly::carrying::{CarryingBodies, is_viscous};
+use crate::rod::assembly::carrying::{CarryingBodies, VelocitySlopes, is_viscous};
 use crate::rod::assembly::conversion::{convert_gradient, convert_tangent};
 use crate::rod::assembly::frames::AssemblyFrames;
 use crate::rod::assembly::joint_law::{ElasticJoint, JointStiffness};
 use crate::rod::assembly::spatial_motion::{SpatialCarried, SpatialRotation, arm_curvature};
 use crate::rod::assembly::tangent::BorderedTangent;
-use crate::rod::{Energies, Viscosity};
+use crate::rod::{Energies, StepVelocities, Viscosity};
 use std::borrow::Cow;
 
 /// A rigid body in space, or the common point of a ball joint.
@@ -186,6 +186,19 @@ impl<D: RodScalar> CarryingBodies<D, [D; 3]> for SpatialBodies<D> {
             }
             to.push(carried);
         }
+    }
+
+    /// Appends to `to` the slopes of the velocities of each node of an attachment, by increments of the rotations.
+    fn velocity_slopes(
+        &self,
+        z: &[D],
+        frames: &AssemblyFrames<D>,
+        rates: StepVelocities<'_, D>,
+        attachment: &Attachment<[D; 3]>,
+        _: &[SpatialCarried<D>],
+        to: &mut Vec<VelocitySlopes<D>>,
+    ) {
+        self.spatial_velocity_slopes(z, frames, rates, attachment, to);
     }
 
     /// The frame of the edge of an attachment, turned by the joint's clamp or the body. `None` without an edge, or for

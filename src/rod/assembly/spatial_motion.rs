@@ -174,6 +174,23 @@ impl<D: Scalar> CarriedMotion<D> for SpatialCarried<D> {
         &self.slopes[k]
     }
 
+    /// Calls `add(i, j, x)` with the derivatives `f a' - f.a 1` of `a x f` over `length^2`, N/m: `f` is the constant
+    /// `force` in the axes of a rotation, which turn by the increment. An entry of `force` for the angle has no part,
+    /// as the tangent of a carried edge is constant in these axes.
+    fn add_turned(&self, force: &[D], mut add: impl FnMut(usize, usize, D)) {
+        let force = [force[0], force[1], force[2]];
+        for TurningArm { coordinate, length, axes, arm } in self.arms.iter().flatten() {
+            let own = [0, 1, 2].map(|c| dot(column(axes, c), force));
+            let (along, by) = (dot(own, *arm), (length * length).recip());
+            for i in 0..3 {
+                for j in 0..3 {
+                    let diagonal = if i == j { along } else { D::from(0.0) };
+                    add(coordinate + i, coordinate + j, (own[i] * arm[j] - diagonal) * by);
+                }
+            }
+        }
+    }
+
     /// Calls `add(i, j, x)`, `j <= i`, where `x` is the second derivative of `force.position` by increments of a
     /// rotation, over `length^2`, N/m. An entry of `force` for the angle has no part.
     fn add_curvature(&self, force: &[D], mut add: impl FnMut(usize, usize, D)) {

@@ -7,47 +7,25 @@
 //! ```
 //!
 //! `Bi` has entries in the rows of two nodes beside each carried end. The Schur complement `S` is an
-//! [envelope](Envelope). The numbers of negative pivots of all `Ai` and of `S` add up to that of the whole matrix.
-//! `C` may have blocks that are not symmetric, of rotating bodies in a step; `S` is then factored as `L U`, else as
-//! `L D L^T`. Output: factors of the matrix or of `scale diag(d) + factor matrix`, solutions in place for several
-//! right-hand sides, and entries and products, which leave the unsymmetric blocks out. A pivot that is zero or not
-//! finite is an error with its row in the unknowns of the assembly.
+//! [envelope](Envelope). The numbers of negative pivots of all `Ai` and of `S` add up to that of the whole matrix. `C`
+//! may have blocks that are not symmetric, of rotating bodies in a step. With damping or friction of contacts no part
+//! of the matrix is symmetric: the rows of the bodies are not `Bi'` ([`skew_part`](SkewPart)). `S` is then factored as
+//! `L U`, else as `L D L^T`. Output: factors of the matrix or of `scale diag(d) + factor matrix`, solutions in place
+//! for several right-hand sides, and entries and products, which leave the unsymmetric blocks out. A pivot that is zero
+//! or not finite is an error with its row in the unknowns of the assembly.
 //!
 //! `BorderedTangent` is the matrix, `MemberTangent` its part that belongs to a rod, with second derivatives by its
-//! nodes and bodies (`Coupling`). `BorderedFactors` are its factors.
+//! nodes and bodies (`coupling`). `BorderedFactors` are its factors, those of each rod in `member_factors`.
 
 use crate::numerics::envelope::Envelope;
 use crate::numerics::envelope_lu::{DiagonalBlock, EnvelopeLu};
 use crate::numerics::scalar::Scalar;
 use crate::numerics::simd::with_simd;
 use crate::numerics::tangent::{Factors, RightHandSide, Singular, Tangent};
+use crate::rod::assembly::coupling::{Coupling, entry_of};
+use crate::rod::assembly::member_factors::{LessColumn, MemberFactors};
+use crate::rod::assembly::skew_part::SkewPart;
 use std::ops::Range;
-
-/// Columns of `Ai^-1 Bi` that are solved for together: those of both ends of a rod, in two registers.
-const GROUP: usize = 8;
-
-/// Second derivatives between the rows beside a carried end and the coordinates that carry it.
-#[derive(Clone, Debug)]
-pub struct Coupling<D> {
-    /// The rows, counted from the first unknown of the rod.
-    pub rows: Range<usize>,
-    /// The coordinates, counted from the first one of all bodies.
-    pub columns: Vec<usize>,
-    /// Entries of all columns, one after the other.
-    pub entries: Vec<D>,
-}
-
-impl<D> Coupling<D> {
-    /// For each column: the index of its coordinate among those of all bodies, and its entries, one per row.
-    pub(super) fn iter(&self) -> impl Iterator<Item = (usize, &[D])> {
-        self.columns.iter().copied().zip(self.entries.chunks_exact(self.rows.len()))
-    }
-
-    /// For each column: the index of its coordinate among those of all bodies, and its entries, one per row, mutable.
-    pub(super) fn iter_mut(&mut self) -> impl Iterator<Item = (usize, &mut [D])> {
-        self.columns.iter().copied().zip(self.entries.chunks_exact_mut(self.rows.len()))
-    }
-}
 
 /// The part of a tangent that belongs to a rod.
 #[derive(Clone, Debug)]
@@ -72,6 +50,8 @@ pub struct BorderedTangent<D, T> {
     pub bodies: Envelope<D>,
     /// Parts of the derivatives of a step's forces that are not symmetric; none without rotating bodies in space.
     pub blocks: Vec<DiagonalBlock<D>>,
+    /// Differences of entries at transposed places; none without damping and friction of contacts.
+    pub skew: SkewPart<D, T>,
 }
 
 /// A row or column of a bordered matrix.
@@ -104,12 +84,9 @@ impl<D: Scalar, T: Tangent<D>> Tangent<D> for BorderedTangent<D, T> {
 
     /// Factors for matrices of this sparsity pattern, allocated and not yet computed.
     fn new_factors(&self) -> BorderedFactors<D, T> {
-        let member = |member: &MemberTangent<D, T>| MemberFactors {
-            band: member.band.new_factors(),
-            range: member.range.clone(),
-            couplings: member.couplings.clone(),
-            responses: Vec::new(),
-            room: Vec::new(),
+        let member = |member: &MemberTangent<D, T>| {
+            let (band, range) = (member.band.new_factors(), member.range.clone());
+            MemberFactors::new(band, range, member.couplings.clone())
         };
         BorderedFactors {
             members: self.members.iter().map(member).collect(),
@@ -121,22 +98,27 @@ impl<D: Scalar, T: Tangent<D>> Tangent<D> for BorderedTangent<D, T> {
     /// The entry of row `i`, column `j`, in either triangle, without unsymmetric blocks. It is that of a band, a sum
     /// over the couplings of a rod, or that of the bodies. Gaps have those of the identity; other pairs are zero.
     fn get(&self, i: usize, j: usize) -> D {
-        match (self.row(i.min(j)), self.row(i.max(j))) {
+        let skew = self.skew.active();
+        match (self.row(i), self.row(j)) {
             (MatrixRow::Rod(k, row), MatrixRow::Rod(other, column)) if k == other => {
                 self.members[k].band.get(row, column)
             }
-            (MatrixRow::Rod(k, row), MatrixRow::Body(body)) => {
-                let mut sum = D::from(0.0);
-                // Both ends of a rod may be on the same body: their couplings add up.
-                for coupling in &self.members[k].couplings {
-                    let column = coupling.iter().find(|(column, _)| *column == body);
-                    if let (true, Some((_, entries))) = (coupling.rows.contains(&row), column) {
-                        sum += entries[row - coupling.rows.start];
-                    }
-                }
-                sum
+            (MatrixRow::Rod(k, unknown), MatrixRow::Body(body)) => {
+                entry_of(&self.members[k].couplings, unknown, body)
             }
-            (MatrixRow::Body(low), MatrixRow::Body(high)) => self.bodies.get(high, low),
+            (MatrixRow::Body(body), MatrixRow::Rod(k, unknown)) => {
+                let entry = entry_of(&self.members[k].couplings, unknown, body);
+                skew.map_or(entry, |skew| {
+                    entry + entry_of(&skew.members[k].couplings, unknown, body)
+                })
+            }
+            (MatrixRow::Body(row), MatrixRow::Body(column)) => {
+                let entry = self.bodies.get(row, column);
+                match skew {
+                    Some(skew) if row < column => entry + skew.bodies.get(column, row),
+                    _ => entry,
+                }
+            }
             (MatrixRow::Gap, MatrixRow::Gap) => D::from(f64::from(i == j)),
             _ => D::from(0.0),
         }
@@ -176,7 +158,8 @@ impl<D: Scalar, T: Tangent<D>> Tangent<D> for BorderedTangent<D, T> {
         match self.row(i) {
             MatrixRow::Rod(k, row) => {
                 self.members[k].band.eliminate_row_and_column(row);
-                for coupling in &mut self.members[k].couplings {
+                let skew = self.skew.active_mut().map(|skew| &mut skew.members[k].couplings);
+                for coupling in skew.into_iter().flatten().chain(&mut self.members[k].couplings) {
                     if coupling.rows.contains(&row) {
                         let at = row - coupling.rows.start;
                         coupling.iter_mut().for_each(|(_, column)| column[at] = D::from(0.0));
@@ -185,7 +168,12 @@ impl<D: Scalar, T: Tangent<D>> Tangent<D> for BorderedTangent<D, T> {
             }
             MatrixRow::Body(body) => {
                 self.bodies.eliminate_row_and_column(body);
-                for coupling in self.members.iter_mut().flat_map(|member| &mut member.couplings) {
+                let skew = self.skew.active_mut().map(|skew| {
+                    skew.bodies.eliminate_row_and_column(body);
+                    skew.members.iter_mut().flat_map(|member| &mut member.couplings)
+                });
+                let couplings = self.members.iter_mut().flat_map(|member| &mut member.couplings);
+                for coupling in skew.into_iter().flatten().chain(couplings) {
                     for (column, entries) in coupling.iter_mut() {
                         if column == body {
                             entries.fill(D::from(0.0));
@@ -201,6 +189,7 @@ impl<D: Scalar, T: Tangent<D>> Tangent<D> for BorderedTangent<D, T> {
     fn clear(&mut self) {
         self.bodies.clear();
         self.blocks.clear();
+        self.skew.clear();
         for member in &mut self.members {
             member.band.clear();
             for coupling in &mut member.couplings {
@@ -209,7 +198,8 @@ impl<D: Scalar, T: Tangent<D>> Tangent<D> for BorderedTangent<D, T> {
         }
     }
 
-    /// Adds `factor` times `other`, which has the same pattern, without its unsymmetric blocks.
+    /// Adds `factor` times `other`, which has the same pattern, without its unsymmetric blocks and the differences of
+    /// its rows of bodies from their columns.
     fn add_scaled(&mut self, other: &Self, factor: f64) {
         self.bodies.add_scaled(&other.bodies, factor);
         for (to, from) in self.members.iter_mut().zip(&other.members) {
@@ -259,10 +249,12 @@ impl<D: Scalar, T: Tangent<D>> Tangent<D> for BorderedTangent<D, T> {
                 }
             }
         });
+        let starts = self.members.iter().map(|member| member.range.start);
+        self.skew.add_product(starts, [rods, bodies], to_bodies);
     }
 
     /// Overwrites `out` with `|A| |x|` of the real parts, to which rounding errors of `A x` are proportional. Gaps
-    /// become zero; unsymmetric blocks have no part.
+    /// become zero; unsymmetric blocks, and differences of rows of bodies from their columns, have no part.
     fn absolute_product(&self, x: &[D], out: &mut [f64]) {
         let (rods, bodies) = x.split_at(self.first);
         let (to_rods, to_bodies) = out[..x.len()].split_at_mut(self.first);
@@ -294,93 +286,6 @@ impl<D: Scalar, T: Tangent<D>> Tangent<D> for BorderedTangent<D, T> {
     }
 }
 
-/// Factors of the band of a rod, with its couplings and their responses.
-#[derive(Clone, Debug)]
-struct MemberFactors<D, F> {
-    band: F,
-    range: Range<usize>,
-    /// `Bi`.
-    couplings: Vec<Coupling<D>>,
-    /// The columns of `Ai^-1 Bi`; columns of all couplings, one after the other.
-    responses: Vec<Vec<D>>,
-    /// Columns that are solved for.
-    room: Vec<[D; GROUP]>,
-}
-
-impl<D: Scalar, F: Factors<D>> MemberFactors<D, F> {
-    /// The body coordinate of every column of all couplings, in the order of the responses. A coordinate of both ends
-    /// is there twice.
-    fn columns(&self) -> impl Iterator<Item = usize> {
-        self.couplings.iter().flat_map(|coupling| coupling.columns.iter().copied())
-    }
-
-    /// Computes the responses `Ai^-1 Bi` of the rod with its factored band `Ai` and its couplings `Bi`, [`GROUP`]
-    /// columns at a time. Subtracts `Bi' Ai^-1 Bi` from the lower triangle of the Schur complement `schur`.
-    fn eliminate(&mut self, schur: &mut Envelope<D>) {
-        let Self { band, range, couplings, responses, room } = self;
-        let count: usize = couplings.iter().map(|coupling| coupling.columns.len()).sum();
-        let zero = D::from(0.0);
-        responses.resize_with(count, || vec![zero; range.len()]);
-        room.resize(range.len(), [zero; GROUP]);
-        let mut columns = couplings.iter().flat_map(|coupling| {
-            coupling.iter().map(|(_, entries)| (coupling.rows.start, entries))
-        });
-        for group in responses.chunks_mut(GROUP) {
-            // A group of columns shares one pass over the factors of the band.
-            room.fill([zero; GROUP]);
-            for (g, (row, entries)) in columns.by_ref().take(group.len()).enumerate() {
-                entries.iter().enumerate().for_each(|(r, entry)| room[row + r][g] = *entry);
-            }
-            band.solve_many(room);
-            for (g, response) in group.iter_mut().enumerate() {
-                response.iter_mut().zip(&*room).for_each(|(to, from)| *to = from[g]);
-            }
-        }
-        drop(columns);
-        for coupling in &self.couplings {
-            for (row, entries) in coupling.iter() {
-                for (column, response) in self.columns().zip(&self.responses) {
-                    // The Schur complement is symmetric as long as the bands are: its lower triangle suffices.
-                    if column <= row {
-                        let response = &response[coupling.rows.clone()];
-                        let mut sum = zero;
-                        for (entry, response) in entries.iter().zip(response) {
-                            sum += *entry * *response;
-                        }
-                        schur.add(row, column, -sum);
-                    }
-                }
-            }
-        }
-    }
-}
-
-/// Subtracts a column times numbers from vectors, as work for a vector unit.
-struct LessColumn<'a, D, E, const R: usize> {
-    x: &'a mut [[E; R]],
-    column: &'a [D],
-    factor: [E; R],
-}
-
-impl<D: Scalar, E: RightHandSide<D>, const R: usize> pulp::NullaryFnOnce
-    for LessColumn<'_, D, E, R>
-{
-    type Output = ();
-
-    /// Subtracts `factor[r] column[i]` from `x[i][r]` for all `i` and `r`, compiled for the instruction set of the
-    /// caller.
-    #[inline(always)]
-    fn call(self) {
-        let count = self.x.len().min(self.column.len());
-        let (x, column) = (&mut self.x[..count], &self.column[..count]);
-        for i in 0..count {
-            for r in 0..R {
-                x[i][r] -= self.factor[r] * column[i];
-            }
-        }
-    }
-}
-
 /// The factors of a [`BorderedTangent`].
 #[derive(Clone, Debug)]
 pub struct BorderedFactors<D: Scalar, T: Tangent<D>> {
@@ -393,8 +298,8 @@ pub struct BorderedFactors<D: Scalar, T: Tangent<D>> {
 
 impl<D: Scalar, T: Tangent<D>> BorderedFactors<D, T> {
     /// Factors `scale diag(diagonal) + factor matrix`: the band of each rod, then the Schur complement of the bodies.
-    /// With unsymmetric blocks the latter is factored as `L U`, else as `L D L^T`. An error has the row of a pivot that
-    /// is zero or not finite, in the unknowns of the assembly.
+    /// Of a matrix that is not symmetric the latter is factored as `L U`, else as `L D L^T`. An error has the row of a
+    /// pivot that is zero or not finite, in the unknowns of the assembly.
     fn factor_weighted(
         &mut self,
         (diagonal, scale): (&[D], D),
@@ -402,33 +307,43 @@ impl<D: Scalar, T: Tangent<D>> BorderedFactors<D, T> {
         factor: D,
     ) -> Result<(), Singular> {
         let first = matrix.first;
+        let (schur, skew) = (&mut self.schur, matrix.skew.active());
         // The matrix of the bodies first; each rod then subtracts its part.
-        self.schur.set_scaled(&matrix.bodies, factor);
+        schur.set_scaled(&matrix.bodies, factor);
         for (i, entry) in diagonal[first..].iter().enumerate() {
-            self.schur.add(i, i, *entry * scale);
+            schur.add(i, i, *entry * scale);
         }
-        for (member, own) in self.members.iter_mut().zip(&matrix.members) {
+        if let Some(skew) = skew {
+            let general = self.general.get_or_insert_with(EnvelopeLu::default);
+            general.set(schur, &matrix.blocks, factor);
+            general.add_to_upper(&skew.bodies, factor);
+        }
+        for (k, (member, own)) in self.members.iter_mut().zip(&matrix.members).enumerate() {
             let (range, all) = (member.range.clone(), 0..member.range.len());
             member
                 .band
                 .factor_sum(&diagonal[range.clone()], scale, &own.band, factor, all)
                 .map_err(|singular| Singular { row: range.start + singular.row })?;
-            for (to, from) in member.couplings.iter_mut().zip(&own.couplings) {
-                for (to, from) in to.entries.iter_mut().zip(&from.entries) {
-                    *to = *from * factor;
+            let differences = skew.map(|skew| &skew.members[k].couplings[..]);
+            member.set_couplings(&own.couplings, differences, factor);
+            match (&mut self.general, skew) {
+                (Some(general), Some(_)) => {
+                    member.eliminate(|i, j, entry| general.add(i, j, entry))
                 }
+                _ => member.eliminate(|i, j, entry| schur.add(i, j, entry)),
             }
-            member.eliminate(&mut self.schur);
         }
-        // Unsymmetric blocks are in the matrix of the bodies only, so that the bands stay `L D L^T`.
-        let factored = match matrix.blocks.is_empty() {
-            true => {
+        let factored = match (skew.is_some(), matrix.blocks.is_empty()) {
+            (false, true) => {
                 self.general = None;
                 self.schur.factor()
             }
-            false => {
+            (is_set, _) => {
                 let general = self.general.get_or_insert_with(EnvelopeLu::default);
-                general.set(&self.schur, &matrix.blocks, factor);
+                // Unsymmetric blocks alone are in the matrix of the bodies only: the bands are `L D L^T`.
+                if !is_set {
+                    general.set(&self.schur, &matrix.blocks, factor);
+                }
                 general.factor()
             }
         };
@@ -476,7 +391,7 @@ impl<D: Scalar, T: Tangent<D>> Factors<D> for BorderedFactors<D, T> {
             let x = &mut rods[member.range.clone()];
             // Forward: each rod alone, and its effect on the right-hand side of the bodies.
             member.band.solve_many(x);
-            for coupling in &member.couplings {
+            for coupling in member.body_rows() {
                 let x = &x[coupling.rows.clone()];
                 for (column, entries) in coupling.iter() {
                     for (x, entry) in x.iter().zip(entries) {
@@ -493,7 +408,7 @@ impl<D: Scalar, T: Tangent<D>> Factors<D> for BorderedFactors<D, T> {
         for member in &self.members {
             let x = &mut rods[member.range.clone()];
             // Backward: each rod responds to the bodies by the stored columns, without another solution.
-            for (column, response) in member.columns().zip(&member.responses) {
+            for (column, response) in member.responses() {
                 with_simd(LessColumn { x: &mut *x, column: response, factor: bodies[column] });
             }
         }

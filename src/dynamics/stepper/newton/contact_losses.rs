@@ -38,7 +38,8 @@ impl<D: RodScalar, R: Rod<D>> Newton<D, R> {
         let slope = self.coefficients.damped_velocity_slope();
         let velocities = StepVelocities { velocity: &self.velocities, slope };
         let tangent = with_tangent.then_some(&mut self.tangent);
-        step.system.rod.add_contact_losses(&state.q, velocities, &mut self.gradient, tangent);
+        let (q, frames, forces) = (&state.q, &state.frames, &mut self.gradient);
+        step.system.rod.add_contact_losses(q, frames, velocities, forces, tangent);
     }
 }
 
@@ -51,7 +52,7 @@ pub(super) fn add_contact_losses_now<D: RodScalar, R: Rod<D>>(
     if !system.rod.has_contact_losses() {
         return;
     }
-    let State { q, v, unbalanced, .. } = state;
+    let State { q, frames, v, unbalanced, .. } = state;
     let velocities = StepVelocities { velocity: v, slope: D::from(0.0) };
-    system.rod.add_contact_losses(q, velocities, unbalanced, None);
+    system.rod.add_contact_losses(q, frames, velocities, unbalanced, None);
 }
