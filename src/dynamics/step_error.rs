@@ -1,7 +1,7 @@
 //! Estimated error of a time step that the user gave, from the curvature of the motion in time.
 //!
-//! A second-order scheme turns a vibration of amplitude `a` and angular frequency `w` too slowly, by `(w h)^2/12` of the
-//! phase for the trapezoidal rule with the step `h`. After the time `T` it is off by `a w^3 h^2 T/12`. The third
+//! A second-order scheme turns a vibration of amplitude `a` and angular frequency `w` too slowly, by `(w h)^2/12` of
+//! the phase for the trapezoidal rule with the step `h`. After the time `T` it is off by `a w^3 h^2 T/12`. The third
 //! differences of a position over the steps add up to `(2/pi) a w^3 h^2 T`, so that their sum times `pi/24` is this
 //! error, of any motion that is a sum of vibrations. Newmark-beta with `beta > 0.5` also loses amplitude, in proportion
 //! to the second differences. Positions are smoothed over three states, which removes vibrations that alternate from

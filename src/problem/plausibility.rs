@@ -58,7 +58,8 @@ pub(crate) enum Purpose {
     Modes,
 }
 
-/// Text about the first of these contacts that has friction, which equilibria and modes do not have; `None` without one.
+/// Text about the first of these contacts that has friction, which equilibria and modes do not have; `None` without
+/// one.
 pub(crate) fn ignored_friction(contacts: &[Contact]) -> Option<String> {
     let rough = contacts.iter().position(Contact::has_friction)?;
     Some(format!(

@@ -269,8 +269,8 @@ macro_rules! contact {
     };
 }
 
-/// Contacts in code. They have the default stiffness and the radius of the rod's section, and neither losses nor motions
-/// unless these are set.
+/// Contacts in code. They have the default stiffness and the radius of the rod's section, and neither losses nor
+/// motions unless these are set.
 ///
 /// ```
 /// use rodfit::scene::Contact;

@@ -4,10 +4,9 @@
 //! Functions for single rods are called for each rod of a structure, as a scene of its own; messages about a rod begin
 //! with its name. [`Structure`] has `motion_warnings` (codes and texts of the recording, of steps that resolve it
 //! poorly, and of units), `unit_warnings`, `frictionless_warning` (equilibria and modes), and `equilibrium_warnings`
-//! (texts of units, strains and contacts).
-//! [`ExtremesOfRods`] records the largest strain and overlap of each rod over all states that `add` receives, and warns
-//! of strains beyond the linear range or a table, of deep contacts, and of a coarse given step. Rods with a recorded end have no strains, as
-//! the distances of markers have tracking errors.
+//! (texts of units, strains and contacts). [`ExtremesOfRods`] records the largest strain and overlap of each rod over
+//! all states that `add` receives, and warns of strains beyond the linear range or a table, of deep contacts, and of a
+//! coarse given step. Rods with a recorded end have no strains, as the distances of markers have tracking errors.
 
 use crate::code::Code;
 use crate::dynamics::StepError;
@@ -137,8 +136,8 @@ impl Structure {
         ExtremesOfRods(ends.map(of_rod).collect())
     }
 
-    /// The warning of an equilibrium or modes, with its code, that the friction of a contact is left out; `None` without
-    /// friction.
+    /// The warning of an equilibrium or modes, with its code, that the friction of a contact is left out; `None`
+    /// without friction.
     pub(super) fn frictionless_warning(&self) -> Option<(Code, String)> {
         ignored_friction(&self.scene.contacts).map(|words| (Code::Frictionless, words))
     }

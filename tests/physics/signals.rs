@@ -1,5 +1,5 @@
-//! Loads in time: a sine at the tip against modal sums, the order of every scheme, and the balance of energy with the work
-//! of the loads.
+//! Loads in time: a sine at the tip against modal sums, the order of every scheme, and the balance of energy with the
+//! work of the loads.
 
 use rodfit::scene::{
     InitialState, Interpolation, LineForce, Material, Point, PointForce, Scene, Scheme, Signal,
@@ -41,8 +41,8 @@ fn samples(
     Signal { file, interpolation, ..Signal::new("s") }
 }
 
-/// Amplitude and phase of the steady vibration of a damped cantilever under a sine at its tip are those of the sum over the
-/// modes of a beam, `sum 4/(rho A L)/(w_n^2 - w^2 + i c w)` times the force.
+/// Amplitude and phase of the steady vibration of a damped cantilever under a sine at its tip are those of the sum over
+/// the modes of a beam, `sum 4/(rho A L)/(w_n^2 - w^2 + i c w)` times the force.
 #[test]
 fn sine_at_the_tip_equals_modal_sums() {
     let (frequency, damping, force) = (2.5, 6.0, 1e-4);

@@ -1,5 +1,5 @@
-//! Structures that touch obstacles: against a scene of one rod, a welded rod against one rod, derivatives, moved obstacles and
-//! rejected keys.
+//! Structures that touch obstacles: against a scene of one rod, a welded rod against one rod, derivatives, moved
+//! obstacles and rejected keys.
 
 use crate::derivative_checks::{check_derivatives, dual_run, shifted};
 use crate::scenes::{joint, rod, spatial_rod, steel, support, twisting_steel};
@@ -183,8 +183,8 @@ fn moved_obstacle_does_the_work_that_the_energy_gains() {
     assert!(changes[2] < 0.01 && changes[0] / changes[2] > 6.0, "{changes:?}");
 }
 
-/// The momentum of a free structure changes by weight and contact forces alone; the scheme takes the mean of both ends of a
-/// step. In space the forces are those in the plane.
+/// The momentum of a free structure changes by weight and contact forces alone; the scheme takes the mean of both ends
+/// of a step. In space the forces are those in the plane.
 #[test]
 fn contact_forces_change_the_momentum() {
     let mut impulses = Vec::new();

@@ -1,4 +1,5 @@
-//! Structures: assemblies of rods, bodies and joints against closed forms, the dynamic stiffness method and dual numbers.
+//! Structures: assemblies of rods, bodies and joints against closed forms, the dynamic stiffness method and dual
+//! numbers.
 
 mod assembly;
 mod contact_losses;

@@ -47,8 +47,8 @@ fn listed<'a>(report: &'a FitReport, source: &str) -> &'a UndetectedBias {
     report.undetected_bias.iter().find(own).unwrap_or_else(|| panic!("{source}: {report}"))
 }
 
-/// An omitted tip mass of 5 % acts like a modulus lower by 4 times 5 % over the modal mass of a quarter, and leaves a misfit of
-/// twice the noise. The correlation of the misfit is not taken for noise.
+/// An omitted tip mass of 5 % acts like a modulus lower by 4 times 5 % over the modal mass of a quarter, and leaves a
+/// misfit of twice the noise. The correlation of the misfit is not taken for noise.
 #[test]
 fn omitted_tip_mass_without_sigma_is_graded_with_reservation_and_listed() {
     let clean = observe(&with_tip_mass(0.05), 60);
@@ -83,7 +83,8 @@ fn white_noise_without_sigma_keeps_its_grade() {
     assert!(reserved <= 6, "{reserved} of 50");
 }
 
-/// AR(1) noise of 0.8 and 0.95 leaves residuals like those of a missing effect: a reservation without sigma, none with it.
+/// AR(1) noise of 0.8 and 0.95 leaves residuals like those of a missing effect: a reservation without sigma, none with
+/// it.
 #[test]
 fn autocorrelated_noise_is_separated_from_misfit_by_a_stated_sigma() {
     let clean = observe(&scene(), 200);
@@ -128,7 +129,8 @@ fn repeated_frames_are_reported_and_lower_the_grade() {
     assert_ne!(doubled.grade, Grade::Trustworthy);
 }
 
-/// A fitted modulus that no solid of the density has lowers the grade, as of a rod whose width and height are exchanged.
+/// A fitted modulus that no solid of the density has lowers the grade, as of a rod whose width and height are
+/// exchanged.
 #[test]
 fn modulus_too_low_for_the_density_lowers_the_grade() {
     let heavy = |factor: f64| {

@@ -8,11 +8,12 @@
 //! and a standard error in its unit. The report also has the effective number of parameters, the sum of `l/(1 + l)`,
 //! the root mean square residual in sigmas, and the cost.
 //!
-//! Warnings are given for a search without convergence, residuals outside [`USUAL_RMS`], values farther from their priors
-//! than chance allows ([`PRIOR_QUANTILE`]), and more directions than were computed. So are they for values of lists with standard errors above [`UNDETERMINED`] of the prior. Correlations are
-//! not computed, which is a warning with several lists or any single parameter. The warning on the local minimum is
-//! always there. [`FieldReport::values`] returns the parameters with their values, [`FieldReport::summary`] the text
-//! for the terminal.
+//! Warnings are given for a search without convergence, residuals outside [`USUAL_RMS`], values farther from their
+//! priors than chance allows ([`PRIOR_QUANTILE`]), and more directions than were computed. So are they for values of
+//! lists with standard errors above [`UNDETERMINED`] of the prior. Correlations are not computed, which is a warning
+//! with several lists or any single parameter. The warning on the local minimum is always there.
+//! [`FieldReport::values`] returns the parameters with their values, [`FieldReport::summary`] the text for the
+//! terminal.
 
 use crate::code::Code;
 use crate::error::{Error, ensure};
@@ -209,8 +210,8 @@ impl FieldReport {
     }
 
     /// Texts of all warnings in a fixed order: no convergence, residuals outside [`USUAL_RMS`] sigmas, a conflict with
-    /// the priors (these with a code), missing directions, lists with values above [`UNDETERMINED`], correlations, if there are several lists or any single
-    /// parameter. The last one, on the local minimum, is always there.
+    /// the priors (these with a code), missing directions, lists with values above [`UNDETERMINED`], correlations, if
+    /// there are several lists or any single parameter. The last one, on the local minimum, is always there.
     fn all_warnings(&self, optimum: &FieldOptimum<'_>) -> Vec<String> {
         let mut warnings = Vec::new();
         if !self.converged {
@@ -291,9 +292,9 @@ impl fmt::Display for FieldReport {
 
 impl FieldReport {
     /// The result as text for a terminal. The first line is whether it converged, with the numbers of values along the
-    /// rod and of compared coordinates, and the codes of warnings. Then follow a table of single parameters (estimate, standard error, unit), and
-    /// one of each list with a row per value: arc length, estimate, standard error. Warnings, number of determined
-    /// combinations, residuals in sigmas and cost come last.
+    /// rod and of compared coordinates, and the codes of warnings. Then follow a table of single parameters (estimate,
+    /// standard error, unit), and one of each list with a row per value: arc length, estimate, standard error.
+    /// Warnings, number of determined combinations, residuals in sigmas and cost come last.
     pub fn summary(&self) -> Summary {
         let count: usize = self.fields.iter().map(|field| field.values.len()).sum();
         let estimates = format!("{count} values along the rod from {} coordinates", self.values);

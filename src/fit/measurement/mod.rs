@@ -9,8 +9,9 @@
 //! `rotation_readings`); readings of gauges and sensors are in `reading`. `dataset` has the header and the interface of
 //! the kinds, `loss` the robust losses, `simulated` the outputs of a simulation with which they are compared. Others
 //! concern their preparation: `experiment` groups measurements with a scene, `inspection` and `inspection_summary`
-//! examine marker files, `constant_axes`, `repeated_frames` and `placeholder_frames` detect faulty data. Every kind provides the differences
-//! simulated less measured value (`DataKind::differences`), of which `fit::misfit` makes residuals.
+//! examine marker files, `constant_axes`, `repeated_frames` and `placeholder_frames` detect faulty data. Every kind
+//! provides the differences simulated less measured value (`DataKind::differences`), of which `fit::misfit` makes
+//! residuals.
 //!
 //! Functions of [`Measurement`] for any kind: `sigma` (`None` if it is to be estimated) and `sigmas` are standard
 //! deviations, `unit` is that of the values, `data_unit` that in which they were given and reports display them.

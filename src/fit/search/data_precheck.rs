@@ -106,7 +106,8 @@ impl DataPrecheck {
     /// with an unknown of the camera or the clamp angle, which change the recorded start, have no other checks. In the
     /// others each released motion may add suspicions: a late release, a far start, and (without a late release) an
     /// implausible time scale. Constant coordinates and repeated frames are left empty, for the caller to set. An error
-    /// for a placeholder of lost frames, a start too far from the point in the scene, or a point that is not on the rod.
+    /// for a placeholder of lost frames, a start too far from the point in the scene, or a point that is not on the
+    /// rod.
     pub fn new(fitted: &[Experiment], unknowns: &[Unknown]) -> Result<Self, Error> {
         let mut precheck = Self::default();
         let mut add = |code: Code, text: Option<String>| {

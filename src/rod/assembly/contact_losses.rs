@@ -51,7 +51,8 @@ impl<D: RodScalar, L: AssemblyLayout> JoinedRods<D, L> {
         let ((rods, bodies), z) = (forces.split_at_mut(self.first), &q[self.first..]);
         let z_rates = StepVelocities { velocity: &velocities.velocity[self.first..], ..velocities };
         if let Some(BorderedTangent { members, bodies, skew, .. }) = tangent.as_deref_mut() {
-            skew.allocate(members.iter().map(|own| (&own.band, &own.couplings)), bodies);
+            let couplings = members.iter().map(|own| &own.couplings);
+            skew.allocate(members.iter().map(|own| &own.band), couplings, bodies);
         }
         let mut k = 0;
         self.for_each_moving([q, velocities.velocity], frames, |member, own_frames, room| {
@@ -76,8 +77,8 @@ impl<D: RodScalar, L: AssemblyLayout> JoinedRods<D, L> {
                         let still = StepVelocities { slope: D::from(0.0), ..rates };
                         let to = Some(&mut bands[1]);
                         member.rod.add_contact_losses(q, own_frames, still, elements, to);
-                        self.find_velocity_slopes(member, (z, frames), z_rates, carried, slopes);
-                        add_to_tangent(member, (carried, slopes), own, tangent, k);
+                        self.find_velocity_slopes(member, z, frames, z_rates, carried, slopes);
+                        add_to_tangent(member, carried, slopes, own, tangent, k);
                     }
                 }
             }
@@ -91,7 +92,8 @@ impl<D: RodScalar, L: AssemblyLayout> JoinedRods<D, L> {
     fn find_velocity_slopes(
         &self,
         member: &Member<D, L>,
-        (z, frames): (&[D], &AssemblyFrames<D>),
+        z: &[D],
+        frames: &AssemblyFrames<D>,
         rates: StepVelocities<'_, D>,
         carried: &[MotionOf<D, L>],
         slopes: &mut Vec<VelocitySlopes<D>>,
@@ -113,7 +115,8 @@ impl<D: RodScalar, L: AssemblyLayout> JoinedRods<D, L> {
 /// and `forces` has the forces on these nodes.
 fn add_to_tangent<D: RodScalar, L: AssemblyLayout>(
     member: &Member<D, L>,
-    (carried, slopes): (&[MotionOf<D, L>], &[VelocitySlopes<D>]),
+    carried: &[MotionOf<D, L>],
+    slopes: &[VelocitySlopes<D>],
     forces: &[D],
     tangent: &mut TangentOfLayout<D, L>,
     k: usize,
@@ -129,14 +132,14 @@ fn add_to_tangent<D: RodScalar, L: AssemblyLayout>(
         let all = first..first + attachment.nodes.len();
         first = all.end;
         let (carried, slopes) = (&carried[all.clone()], &slopes[all]);
-        let end = CarriedEnd::<D, L> { nodes: &attachment.nodes, carried, slopes, bands };
+        let end = TouchingEnd::<D, L> { nodes: &attachment.nodes, carried, slopes, bands };
         end.add_couplings(coupling, differences);
         end.add_to_bodies(&coupling.columns, forces, [&mut *bodies, &mut skew.bodies]);
     }
 }
 
 /// A carried end of a rod that touches an obstacle, with the derivatives of the forces on the rod.
-struct CarriedEnd<'a, D: RodScalar, L: AssemblyLayout> {
+struct TouchingEnd<'a, D: RodScalar, L: AssemblyLayout> {
     nodes: &'a [CarriedNode<L::Place<D>>],
     /// The nodes with their derivatives by the coordinates.
     carried: &'a [MotionOf<D, L>],
@@ -146,7 +149,7 @@ struct CarriedEnd<'a, D: RodScalar, L: AssemblyLayout> {
     bands: &'a [L::Band<D>; 2],
 }
 
-impl<D: RodScalar, L: AssemblyLayout> CarriedEnd<'_, D, L> {
+impl<D: RodScalar, L: AssemblyLayout> TouchingEnd<'_, D, L> {
     /// The derivative of the force on unknown `i` of the rod by the coordinate with number `k`: `A J + V E`.
     fn by_coordinate(&self, i: usize, k: usize) -> D {
         let mut sum = D::from(0.0);

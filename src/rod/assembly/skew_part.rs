@@ -41,7 +41,8 @@ impl<D: Scalar, T: Clone> SkewPart<D, T> {
     /// where they are allocated.
     pub fn allocate<'a>(
         &mut self,
-        rods: impl Iterator<Item = (&'a T, &'a Vec<Coupling<D>>)>,
+        bands: impl Iterator<Item = &'a T>,
+        couplings: impl Iterator<Item = &'a Vec<Coupling<D>>>,
         bodies: &Envelope<D>,
     ) where
         D: 'a,
@@ -50,7 +51,7 @@ impl<D: Scalar, T: Clone> SkewPart<D, T> {
         if !self.members.is_empty() {
             return;
         }
-        self.members.extend(rods.map(|(band, couplings)| MemberSkewPart {
+        self.members.extend(bands.zip(couplings).map(|(band, couplings)| MemberSkewPart {
             couplings: couplings.clone(),
             bands: [band.clone(), band.clone()],
         }));

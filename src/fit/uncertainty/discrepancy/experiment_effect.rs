@@ -1,5 +1,5 @@
-//! Omitted effects whose numbers and sizes depend on an experiment: those of structures, load cells and dial gauges. All
-//! others are in the table of omitted effects.
+//! Omitted effects whose numbers and sizes depend on an experiment: those of structures, load cells and dial gauges.
+//! All others are in the table of omitted effects.
 //!
 //! [`ExperimentEffect`] is one such effect: number, plausible size, and the experiment that would distinguish it from
 //! the parameters. It adds an [`EffectTerm`] to the scene: that of a
