@@ -1,7 +1,9 @@
 //! Structures: assemblies of rods, bodies and joints against closed forms, the dynamic stiffness method and dual numbers.
 
 mod assembly;
+mod contact_loss_derivatives;
 mod contact_losses;
+mod contact_scenes;
 mod contacts;
 mod damping;
 mod derivative_checks;
