@@ -2,7 +2,9 @@
 //! numbers.
 
 mod assembly;
+mod contact_loss_derivatives;
 mod contact_losses;
+mod contact_scenes;
 mod contacts;
 mod damping;
 mod derivative_checks;

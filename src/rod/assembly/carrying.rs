@@ -146,7 +146,8 @@ pub trait CarryingBodies<D: RodScalar, P>: Clone + Debug + Send + Sync {
         to: &mut Vec<Self::Motion>,
     );
 
-    /// Appends to `to` the [`VelocitySlopes`] of each node of an attachment, `carried`, at the end of a step. `rates`
+    /// Appends to `to` the slopes of the velocity of each node of an attachment, `carried`, at the end of a step: its
+    /// derivatives by the increments of the coordinates beyond those of its unknowns times the slope in `rates`. These
     /// are the velocities of all body coordinates, those of rotations in space as angular velocities in their axes
     /// times their scale.
     fn velocity_slopes(

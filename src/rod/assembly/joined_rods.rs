@@ -16,7 +16,7 @@
 //! - `energies` (J; the kinetic one is zero, user-defined ones are those of contacts), `strains`, and
 //!   `strain_energies` and `branch_energies` of given strains.
 //! - `passed_obstacle`, `has_moved_obstacles`, `move_obstacles`, `obstacle_work` (J) and `contact_gradients` (N) are
-//!   those of contacts with obstacles.
+//!   those of contacts with obstacles. Damping and friction in the equations of a step are in `contact_losses`.
 //! - `folded_node` and `over_rotated_edge` return the first fold or large rotation of a step, `None` without one.
 //! - `move_frames` moves the frames of rods and rotations to other unknowns.
 //! - `mass` is the lumped mass of every unknown (arbitrary and positive for those without effect), `zero_tangent` a
