@@ -212,6 +212,11 @@ impl Problem {
     }
 }
 
+/// Whether a mass that is attached to rods is probably in another unit; `rods` is the mass of these, in the same unit.
+pub(crate) fn is_implausible_mass(mass: f64, rods: f64) -> bool {
+    mass > HEAVIEST_MASS * rods
+}
+
 /// Young's modulus of the softest solids of a density, Pa.
 fn softest_solid(density: f64) -> f64 {
     let least = SOFTEST_OF_DENSITY.iter().find(|[above, _]| density > *above);
@@ -281,7 +286,7 @@ fn units(scene: &Scene, length: f64) -> Option<String> {
         }
     }
     let rod_mass = density * scene.rod.section.moments().area * length;
-    if let Some(point) = scene.rod.mass.iter().find(|point| point.mass > HEAVIEST_MASS * rod_mass) {
+    if let Some(point) = scene.rod.mass.iter().find(|own| is_implausible_mass(own.mass, rod_mass)) {
         add("rod.mass", point.mass, "kg", "g");
     }
     let routes = scene.actuation.iter().filter_map(|actuator| match actuator {

@@ -12,7 +12,7 @@ use crate::code::Code;
 use crate::dynamics::StepError;
 use crate::problem::penetration::PenetrationRecord;
 use crate::problem::strain::StrainRecord;
-use crate::problem::{Problem, Purpose, ignored_friction};
+use crate::problem::{Problem, Purpose, ignored_friction, is_implausible_mass};
 use crate::scene::Time;
 use crate::structure::definition::Structure;
 use crate::structure::equilibrium::StructureEquilibrium;
@@ -103,7 +103,8 @@ impl Structure {
     }
 
     /// Warnings, with their code, one for each rod whose numbers are implausible in SI units (as its first such message
-    /// states), with its name in front. Rods whose problem cannot be built are left out.
+    /// states), with its name in front, and one for each body that is too heavy for the rods. Rods whose problem cannot
+    /// be built are left out.
     pub(super) fn unit_warnings(&self) -> Vec<(Code, String)> {
         let of_rod = |rod: usize| {
             let notes = self.problem_of_rod(rod)?.plausibility_notes(Purpose::Motion);
@@ -111,7 +112,25 @@ impl Structure {
                 notes.into_iter().find(|(code, _)| *code == Code::ImplausibleUnits)?;
             Some((code, format!("rods.{}: {words}", self.scene.rods[rod].name)))
         };
-        (0..self.scene.rods.len()).filter_map(of_rod).collect()
+        let rods: f64 = self
+            .parts()
+            .zip(&self.at_rest.meshes)
+            .map(|(part, mesh)| {
+                let (section, material) = part.at(0.5);
+                material.density * section.moments().area * mesh.length
+            })
+            .sum();
+        let heavy = self.scene.bodies.iter().filter(|body| is_implausible_mass(body.mass, rods));
+        let of_body = heavy.map(|body| {
+            let words = format!(
+                "bodies.{}.mass of {} kg (in g?) is {:.0} times the mass of all rods: probably not in kg",
+                body.name,
+                body.mass,
+                body.mass / rods
+            );
+            (Code::ImplausibleUnits, words)
+        });
+        (0..self.scene.rods.len()).filter_map(of_rod).chain(of_body).collect()
     }
 
     /// Records of the strains and overlaps of all rods, still without a state. Rods with a recorded end, and those

@@ -240,6 +240,8 @@ fn invalid_keys_of_point_sensors_are_named() {
     }
     let error = fit_file(&folder, angle, "t,x\n0.01,1\n").unwrap_err().to_string();
     assert!(error.contains("allowed: at least one of angle"), "{error}");
+    let error = fit_file(&folder, angle, "t,angle\n0.01,-16.9\n").unwrap_err().to_string();
+    assert!(error.contains("up to 16.9") && error.contains("angle[deg]"), "{error}");
     // What only the scene shows is refused by the fit.
     let problem = short().problem().unwrap();
     let reading = |time| vec![Reading { time, value: 1.0 }];

@@ -209,6 +209,33 @@ fn welded_pieces_give_the_modulus_and_the_interval_of_one_rod() {
     assert!((welded.1 / alone.1 - 1.0).abs() < 1e-2, "{welded:?} {alone:?}");
 }
 
+/// The mass of a body is an effect beside those of the rods. An error of 10 % is named by the score test, or its bias is
+/// listed.
+#[test]
+fn mass_of_a_body_is_an_omitted_effect() {
+    let observed = recordings(&crane(TRUTH), &places()[..2]);
+    let mut random = ChaCha8Rng::seed_from_u64(5);
+    let noise = Normal::new(0.0, 3e-4).unwrap();
+    let noisy = observed.into_iter().map(|mut own| {
+        for x in own.samples.iter_mut().flat_map(|sample| &mut sample.position).flatten() {
+            *x += noise.sample(&mut random);
+        }
+        own.sigma(3e-4)
+    });
+    let scene = crane([TRUTH[0], TRUTH[1], 1.1 * TRUTH[2]]);
+    let experiment = noisy.fold(Experiment::of_structure("", scene).unwrap(), Experiment::observe);
+    let fit = Fit::of([experiment]).identify(NAMES[0].parse::<Parameter>().unwrap());
+    let analysis = Analysis {
+        discretization_error: Refinement::None,
+        sensitivity_analysis: Some(true),
+        ..Analysis::default()
+    };
+    let report = fit.analyse(analysis).solve().unwrap();
+    println!("{report}");
+    assert_ne!(report.grade, rodfit::fit::Grade::Trustworthy, "{report}");
+    assert!(report.score_tests.iter().any(|test| test.source == NAMES[2]), "{report}");
+}
+
 /// The shipped fit: the data have 2.4e7 Pa, 3 rad/(N m) and 8 g. Its mesh has a quarter of the edges of the data's.
 #[test]
 fn shipped_fit_finds_the_numbers_of_its_data() {

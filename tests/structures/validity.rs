@@ -86,6 +86,27 @@ fn implausible_unit_of_a_rod_of_a_structure_is_warned_of() {
     }
 }
 
+/// A body of 15 g whose mass is written in g.
+#[test]
+fn mass_of_a_body_in_grams_is_warned_of() {
+    for (mass, is_warned) in [(15.0, true), (15e-3, false)] {
+        let structure = structure(&[
+            rubber_rod("a", "[1, 0, 0]"),
+            rubber(1e7),
+            format!(
+                "[[bodies]]\nname = \"bob\"\nmass = {mass}\ninertia = 1e-6\nposition = [0.15, 0, 0]\n"
+            ),
+            joint("rigid", &["bob", "a.end"], ""),
+            support("a.start", "clamped"),
+            "[loads]\ngravity = [0, -9.81, 0]\n[time]\nend = 0.1\nstep = 1e-3\nscheme = \"generalised-alpha\"\n".into(),
+        ]);
+        let mut report = StructureReport::new(&structure);
+        report.finish(&structure, &Ok(()));
+        let is_named = |text: &String| text.starts_with("bodies.") && text.contains("(in g?)");
+        assert_eq!(report.warnings.iter().any(is_named), is_warned, "{:?}", report.warnings);
+    }
+}
+
 #[test]
 fn large_strain_of_a_rod_of_a_structure_is_warned_of() {
     for (modulus, is_warned) in [(1e5, true), (1e8, false)] {

@@ -7,7 +7,7 @@
 //! in brackets: N, mN, kN; `N m`, `mN m`, `N mm`; m/s^2, mm/s^2, g; rad, mrad, deg; 1/m, 1/mm; %, um/m. Output: the
 //! readings of every component that the file has, s and N, N m, m/s^2, rad, 1/m or parts of the length. The numbers of
 //! rows that were left out, before the start and without a value, are output too. A file that is no table or has no
-//! component or reading, other units, a blank clock, frames without a rate, times that are negative without a start,
+//! component or reading, other units, angles above a turn without a unit, a blank clock, frames without a rate, times that are negative without a start,
 //! and a window without a clock are errors with file and line.
 
 use crate::error::Error;
@@ -19,6 +19,7 @@ use marker_files::{
     STRAINS,
 };
 use serde::Deserialize;
+use std::f64::consts::TAU;
 use std::path::Path;
 
 /// Tolerance of the ends of a window, s: rounding errors of times since the start of the motion.
@@ -165,10 +166,33 @@ impl SensorTable<'_> {
             }
             read.dropped.empty += usize::from(is_empty);
         }
+        self.check_turns(&table, columns[0], &read.components[0])?;
         if !read.components.iter().all(Vec::is_empty) {
             return Ok(read);
         }
         Err(table.error(1, &self.no_reading()).into())
+    }
+
+    /// Rejects angles of more than a turn in a column without a unit, which are degrees in most files.
+    fn check_turns(
+        &self,
+        table: &Table,
+        column: Option<(usize, f64)>,
+        readings: &[Reading],
+    ) -> Result<(), Error> {
+        let Some((column, _)) = column.filter(|_| self.quantity == SensorQuantity::Angle) else {
+            return Ok(());
+        };
+        let (name, unit) = &table.columns[column];
+        let largest = readings.iter().map(|reading| reading.value.abs()).fold(0.0, f64::max);
+        if unit.is_some() || largest <= TAU {
+            return Ok(());
+        }
+        let message = format!(
+            "found angles up to {largest} in the column {name} without a unit, more than a turn in rad, allowed: \
+             {name}[deg], or {name}[rad] for turns"
+        );
+        Err(table.error(1, &message).into())
     }
 
     /// The start of the motion on the clock of the file, in its unit. A message if it is not finite.

@@ -1,11 +1,11 @@
-//! Effects that the scene of a structure may omit: compliant joints, markers, and errors of lengths, sections and
-//! densities.
+//! Effects that the scene of a structure may omit: compliant joints, markers, and errors of lengths, sections,
+//! densities and masses of bodies.
 //!
 //! `StructureTerm::effects` lists the effects of one experiment, each with its number, plausible size in the unit of
 //! that number, and distinguishing experiment; none for a scene of one rod. They are rotational compliances of rigid
 //! joints and of clamped supports of straight rods, and the mass of a marker at the first observed point of a rod
-//! without masses. Further ones are errors of lengths, radii and heights of the rods, and of densities of their
-//! materials. Only straight rods and arcs have a marker and a length here.
+//! without masses. Further ones are errors of lengths, radii and heights of the rods, of densities of their materials,
+//! and of masses of bodies. Only straight rods and arcs have a marker and a length here.
 //!
 //! `StructureTerm::add_to` adds the term, where the structure can have it. Added compliances and masses are [`TRACE`]
 //! times the plausible size; all other numbers are in the scene already. A compliant support is a spring joint between
@@ -27,6 +27,8 @@ use crate::scene::{Material, Parameter, Point, PointMass, Shape, StructureScene,
 
 /// Size of an added compliance or mass over its plausible size, as scenes do not allow zero.
 const TRACE: f64 = 1e-4;
+/// Plausible relative error of the mass of a body, of which parts such as screws and glue are not weighed.
+const BODY_MASS: f64 = 0.05;
 /// Number of edges of the stub of a compliant support: the short rod between support and spring joint.
 const STUB_EDGES: usize = 6;
 /// Young's modulus of the stub over that of its rod: its own compliance is a thousandth of the plausible one.
@@ -114,6 +116,11 @@ impl EffectTerm for StructureTerm {
                 let term = Self::SoftSupport(i, *direction);
                 add(joint_rotation(scene.joints.len()), name, size, test, term);
             }
+        }
+        for body in &scene.bodies {
+            let (path, name) =
+                (format!("bodies.{}.mass", body.name), format!("other mass of {}", body.name));
+            add(path, name, BODY_MASS * body.mass, "weigh the body", Self::Present);
         }
         let mut materials: Vec<&str> = Vec::new();
         for (i, rod) in scene.rods.iter().enumerate() {
