@@ -130,14 +130,14 @@ fn add_to_tangent<D: RodScalar, L: AssemblyLayout>(
         let all = first..first + attachment.nodes.len();
         first = all.end;
         let (carried, slopes) = (&carried[all.clone()], &slopes[all]);
-        let end = CarriedEnd::<D, L> { nodes: &attachment.nodes, carried, slopes, bands };
+        let end = TouchingEnd::<D, L> { nodes: &attachment.nodes, carried, slopes, bands };
         end.add_couplings(coupling, differences);
         end.add_to_bodies(&coupling.columns, forces, [&mut *bodies, &mut skew.bodies]);
     }
 }
 
 /// A carried end of a rod that touches an obstacle, with the derivatives of the forces on the rod.
-struct CarriedEnd<'a, D: RodScalar, L: AssemblyLayout> {
+struct TouchingEnd<'a, D: RodScalar, L: AssemblyLayout> {
     nodes: &'a [CarriedNode<L::Place<D>>],
     /// The nodes with their derivatives by the coordinates.
     carried: &'a [MotionOf<D, L>],
@@ -147,7 +147,7 @@ struct CarriedEnd<'a, D: RodScalar, L: AssemblyLayout> {
     bands: &'a [L::Band<D>; 2],
 }
 
-impl<D: RodScalar, L: AssemblyLayout> CarriedEnd<'_, D, L> {
+impl<D: RodScalar, L: AssemblyLayout> TouchingEnd<'_, D, L> {
     /// The derivative of the force on unknown `i` of the rod by the coordinate with number `k`: `A J + V E`.
     fn by_coordinate(&self, i: usize, k: usize) -> D {
         let mut sum = D::from(0.0);
