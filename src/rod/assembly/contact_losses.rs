@@ -39,8 +39,8 @@ impl<D: RodScalar, L: AssemblyLayout> JoinedRods<D, L> {
     /// Adds minus the damping and friction forces of contacts at the unknowns `q`, N, to `forces`, which contains the
     /// gradient. Those on carried nodes are added to the coordinates of bodies. If `tangent` is given, their
     /// derivatives by the unknowns at the end of a step, N/m, are added to it. Velocities of rotations in space are
-    /// angular velocities in their axes times their scale, and derivatives by them are by increments. With `tangent` the
-    /// slope of the velocities is not zero.
+    /// angular velocities in their axes times their scale, and derivatives by them are by increments. With `tangent`
+    /// the slope of the velocities is not zero.
     pub fn add_contact_losses(
         &self,
         q: &[D],
