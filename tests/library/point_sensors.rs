@@ -1,5 +1,5 @@
-//! Sensors at a point of the rod: angle of the tangent and acceleration. Values against positions and a rigid pendulum; exact
-//! data give the modulus; coverage with noise; tables with other units; invalid input.
+//! Sensors at a point of the rod: angle of the tangent and acceleration. Values against positions and a rigid pendulum;
+//! exact data give the modulus; coverage with noise; tables with other units; invalid input.
 
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -59,9 +59,9 @@ fn angle_of_tangent_is_that_of_positions() {
     }
 }
 
-/// A stiff rod hinged at one end is a rigid pendulum. Released from the horizontal, at the angle q below it, its tip has the
-/// acceleration 3 g sin q toward the hinge and 1.5 g cos q down across: less gravity, -4 g sin q along the tangent and
-/// -0.5 g cos q along the first director.
+/// A stiff rod hinged at one end is a rigid pendulum. Released from the horizontal, at the angle q below it, its tip
+/// has the acceleration 3 g sin q toward the hinge and 1.5 g cos q down across: less gravity, -4 g sin q along the
+/// tangent and -0.5 g cos q along the first director.
 #[test]
 fn accelerations_of_rigid_pendulum_are_those_of_theory() {
     let text = "[rod]\nshape = { kind = \"straight\", length = 0.5, direction = [1, 0, 0] }\nsegments = 20\n\
@@ -78,7 +78,8 @@ fn accelerations_of_rigid_pendulum_are_those_of_theory() {
     for ((angle, along), across) in angles.iter().zip(&along).zip(&across) {
         let (sin, cos) = (-angle.value).sin_cos();
         let errors = [along.value + 4.0 * 9.8 * sin, across.value + 0.5 * 9.8 * cos];
-        // Lumped masses of 20 edges change the inertia by 1/(2 20^2) = 1.25e-3, and accelerations up to 3 g by 0.037 m/s^2.
+        // Lumped masses of 20 edges change the inertia by 1/(2 20^2) = 1.25e-3, and accelerations up to 3 g by 0.037
+        // m/s^2.
         assert!(errors.iter().all(|e| e.abs() < 0.045), "{:?}: {errors:?}", angle.time);
     }
     assert!(angles.last().unwrap().value < -1.2);
@@ -147,8 +148,8 @@ fn outliers_of_angles_leave_other_residuals_unchanged() {
     assert!(values[4..].iter().all(|value| value.abs() < 1e-9), "{values:?}");
 }
 
-/// Of 200 noisy data sets of a channel, the number whose 95 % interval contains the modulus. The expectation is 190, the
-/// standard deviation 3.1.
+/// Of 200 noisy data sets of a channel, the number whose 95 % interval contains the modulus. The expectation is 190,
+/// the standard deviation 3.1.
 pub fn covered(channel: PointChannel) -> usize {
     let mut scene = short();
     scene.rod.segments = Some(6);
@@ -177,7 +178,8 @@ fn intervals_from_noisy_angles_and_accelerations_cover_the_modulus() {
     }
 }
 
-/// The fit file of a folder with a scene and one observation that has these keys, of a table `sensor.csv` with this text.
+/// The fit file of a folder with a scene and one observation that has these keys, of a table `sensor.csv` with this
+/// text.
 pub fn fit_file(
     folder: &tempfile::TempDir,
     keys: &str,

@@ -98,8 +98,8 @@ fn exact_data_give_back_modulus_compliance_and_mass() {
     }
 }
 
-/// Residuals of motions, of a shape at rest and of frequencies against central differences of half the step that balances
-/// rounding and truncation.
+/// Residuals of motions, of a shape at rest and of frequencies against central differences of half the step that
+/// balances rounding and truncation.
 #[test]
 fn jacobian_of_residuals_equals_differences() {
     let scene = crane(SCENE);
@@ -209,8 +209,8 @@ fn welded_pieces_give_the_modulus_and_the_interval_of_one_rod() {
     assert!((welded.1 / alone.1 - 1.0).abs() < 1e-2, "{welded:?} {alone:?}");
 }
 
-/// The mass of a body is an effect beside those of the rods. An error of 10 % is named by the score test, or its bias is
-/// listed.
+/// The mass of a body is an effect beside those of the rods. An error of 10 % is named by the score test, or its bias
+/// is listed.
 #[test]
 fn mass_of_a_body_is_an_omitted_effect() {
     let observed = recordings(&crane(TRUTH), &places()[..2]);

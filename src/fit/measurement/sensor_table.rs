@@ -7,8 +7,8 @@
 //! in brackets: N, mN, kN; `N m`, `mN m`, `N mm`; m/s^2, mm/s^2, g; rad, mrad, deg; 1/m, 1/mm; %, um/m. Output: the
 //! readings of every component that the file has, s and N, N m, m/s^2, rad, 1/m or parts of the length. The numbers of
 //! rows that were left out, before the start and without a value, are output too. A file that is no table or has no
-//! component or reading, other units, angles above a turn without a unit, a blank clock, frames without a rate, times that are negative without a start,
-//! and a window without a clock are errors with file and line.
+//! component or reading, other units, angles above a turn without a unit, a blank clock, frames without a rate, times
+//! that are negative without a start, and a window without a clock are errors with file and line.
 
 use crate::error::Error;
 use crate::fit::measurement::reading::Reading;
@@ -166,7 +166,7 @@ impl SensorTable<'_> {
             }
             read.dropped.empty += usize::from(is_empty);
         }
-        self.check_turns(&table, columns[0], &read.components[0])?;
+        self.check_turns(&table, columns[0].map(|own| own.0), &read.components[0])?;
         if !read.components.iter().all(Vec::is_empty) {
             return Ok(read);
         }
@@ -177,10 +177,10 @@ impl SensorTable<'_> {
     fn check_turns(
         &self,
         table: &Table,
-        column: Option<(usize, f64)>,
+        column: Option<usize>,
         readings: &[Reading],
     ) -> Result<(), Error> {
-        let Some((column, _)) = column.filter(|_| self.quantity == SensorQuantity::Angle) else {
+        let Some(column) = column.filter(|_| self.quantity == SensorQuantity::Angle) else {
             return Ok(());
         };
         let (name, unit) = &table.columns[column];
