@@ -211,7 +211,7 @@ pub struct SimulationReport {
     largest_mean_stretch: f64,
     /// Estimate of the error of a given step.
     #[serde(skip)]
-    step_error: Option<StepError>,
+    step_error: StepError,
     /// Whether `tip`, `energy`, `reactions` and `contact_forces` are recorded.
     #[serde(default = "yes", skip_serializing_if = "is_yes")]
     has_series: bool,
@@ -317,9 +317,7 @@ impl SimulationReport {
             let energy = stretch.next((0..problem.nodes()).map(|i| simulation.position(i)));
             self.largest_mean_stretch = self.largest_mean_stretch.max(energy);
         }
-        if let Some(estimate) = &mut self.step_error {
-            estimate.add(t, |i| simulation.position(i));
-        }
+        self.step_error.add(t, |i| simulation.position(i));
         // The first state is the start, and no step.
         match self.last_tip {
             None => self.start_energy = total,
@@ -364,8 +362,7 @@ impl SimulationReport {
         let kinetic = self.largest_kinetic_energy;
         let stretched = mean_stretch::warning(&self.scene, self.largest_mean_stretch, kinetic);
         let is_assessed = self.resolution.is_some_and(|resolution| resolution.error.is_some());
-        let estimate = self.step_error.as_ref().filter(|_| !is_assessed && stretched.is_none());
-        let coarse = estimate.and_then(StepError::warning);
+        let coarse = self.step_error.warning().filter(|_| !is_assessed && stretched.is_none());
         let of_scheme = unbalanced.into_iter().chain(stretched).chain(coarse);
         for (code, words) in strained.chain(deep).chain(of_scheme).chain(unstable) {
             self.warnings.push(code.behind(words));

@@ -32,7 +32,7 @@ const SECOND: [f64; 6] = [0.0, 0.25, 0.0, -0.5, 0.0, 0.25];
 const THIRD: [f64; 6] = [-0.25, 0.25, 0.5, -0.5, -0.25, 0.25];
 
 /// Sums of differences of positions over the steps of a run.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default)]
 pub(crate) struct StepError {
     /// Time step, s.
     step: f64,
@@ -47,7 +47,7 @@ pub(crate) struct StepError {
 }
 
 /// One node.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default)]
 struct Followed {
     node: usize,
     /// Position at the start, m.
@@ -61,11 +61,24 @@ struct Followed {
     extent: f64,
 }
 
+/// All estimates are equal, so that they do not distinguish reports.
+impl PartialEq for StepError {
+    /// True for any two estimates.
+    fn eq(&self, _: &Self) -> bool {
+        true
+    }
+}
+
 impl StepError {
-    /// For a rod of `scene` with `nodes` nodes and the `length`, m. `None` where there is no estimate: without a given
-    /// step, with ends that follow a recording, and for schemes other than Newmark-beta, generalised-alpha and average
-    /// vector field.
-    pub fn new(scene: &Scene, nodes: usize, length: f64) -> Option<Self> {
+    /// For a rod of `scene` with `nodes` nodes and the `length`, m. The default, which never warns, where there is no
+    /// estimate: without a given step, with ends that follow a recording, and for schemes other than Newmark-beta,
+    /// generalised-alpha and average vector field.
+    pub fn new(scene: &Scene, nodes: usize, length: f64) -> Self {
+        Self::of_given_step(scene, nodes, length).unwrap_or_default()
+    }
+
+    /// As [`new`](Self::new); `None` where there is no estimate.
+    fn of_given_step(scene: &Scene, nodes: usize, length: f64) -> Option<Self> {
         let time = scene.time.as_ref()?;
         let step = time.step.filter(|_| !scene.chosen().step)?;
         let phase = 1.0 / 12.0;
@@ -91,7 +104,7 @@ impl StepError {
     /// full step are skipped.
     pub fn add(&mut self, time: f64, position: impl Fn(usize) -> [f64; 3]) {
         let is_next = |last: f64| (time - last - self.step).abs() < 1e-6 * self.step;
-        if !self.time.is_none_or(is_next) {
+        if self.nodes.is_empty() || !self.time.is_none_or(is_next) {
             return;
         }
         self.time = Some(time);
@@ -128,9 +141,10 @@ impl StepError {
     /// The warning for an error of `excess` times the limit.
     fn words(&self, excess: f64) -> String {
         let (error, extent) = (self.estimate(), self.extent());
-        // The error of a dissipative beta is proportional to the step, the others to its square.
-        let order = if self.factors[0] > 0.0 { 1.0 } else { 0.5 };
-        let step = 0.8 * self.step / excess.powf(order);
+        // The error of a dissipative beta is proportional to the step, the others to its square. A large loss of
+        // amplitude is smaller than in proportion, so that its step has a larger margin.
+        let [order, margin] = if self.factors[0] > 0.0 { [1.0, 0.4] } else { [0.5, 0.8] };
+        let step = margin * self.step / excess.powf(order);
         // Rounded down to one digit.
         let decade = 10.0_f64.powf(step.log10().floor());
         let step = decade * (step / decade).floor();

@@ -396,7 +396,11 @@ mod tests {
             ),
             (scene_of(7.85e-9, 205e3, 2.0), 300.0, vec!["density of", "section of 4 m"]),
             (scene_of(7850.0, 200.0, 2e-3), 0.2, vec!["200 Pa (in GPa?)"]),
-            (scene_of(7850.0, 205e3, 2e-3), 0.2, vec!["205000 Pa (in MPa?)"]),
+            (
+                scene_of(7850.0, 205e3, 2e-3),
+                0.2,
+                vec!["205000 Pa, softer than solids of this density (in MPa?)"],
+            ),
             (scene_of(2700.0, 70.0, 2e-3), 0.2, vec!["70 Pa (in GPa?)"]),
             (scene_of(1140.0, 1.5e-3, 2e-3), 0.2, vec!["(in MPa?)"]),
             (scene_of(1140.0, 1e6, 0.4), 0.3, vec!["section of 0.8 m (in mm?)"]),

@@ -10,6 +10,7 @@
 
 use crate::code::Code;
 use crate::dynamics::StepError;
+use crate::numerics::total_order;
 use crate::problem::penetration::PenetrationRecord;
 use crate::problem::strain::StrainRecord;
 use crate::problem::{Problem, Purpose, ignored_friction, is_implausible_mass};
@@ -31,8 +32,8 @@ struct ExtremesOfRod {
     strain: StrainRecord,
     /// The largest overlap with an obstacle.
     penetration: PenetrationRecord,
-    /// Estimate of the error of a given step; none if a recording moves the structure.
-    step_error: Option<StepError>,
+    /// Estimate of the error of a given step; without effect if a recording moves the structure.
+    step_error: StepError,
 }
 
 /// Largest strains and overlaps of the rods of a structure.
@@ -55,8 +56,8 @@ impl ExtremesOfRods {
             if let Some(rod) = shape.rods.get(&own.name) {
                 own.strain.add(|i| rod.nodes[i], time.unwrap_or(0.0));
                 own.penetration.add(|i| rod.nodes[i], time);
-                if let (Some(estimate), Some(time)) = (&mut own.step_error, time) {
-                    estimate.add(time, |i| rod.nodes[i]);
+                if let Some(time) = time {
+                    own.step_error.add(time, |i| rod.nodes[i]);
                 }
             }
         }
@@ -74,10 +75,9 @@ impl ExtremesOfRods {
             let named = warnings.map(|(code, words)| (code, format!("rods.{}: {words}", own.name)));
             named.collect::<Vec<_>>()
         };
-        let excess = |own: &&ExtremesOfRod| own.step_error.as_ref().map_or(0.0, StepError::excess);
-        let coarsest = self.0.iter().max_by(|a, b| excess(a).total_cmp(&excess(b)));
-        let coarse = coarsest.and_then(|own| {
-            let (code, words) = own.step_error.as_ref()?.warning()?;
+        let excess = |own: &&ExtremesOfRod| total_order(own.step_error.excess());
+        let coarse = self.0.iter().max_by_key(excess).and_then(|own| {
+            let (code, words) = own.step_error.warning()?;
             Some((code, format!("rods.{}: {words}", own.name)))
         });
         self.0.iter().flat_map(of_rod).chain(coarse).collect()
@@ -142,13 +142,16 @@ impl Structure {
                 if ends.iter().any(is_recorded) { None } else { self.problem_of_rod(rod) };
             let part = &self.blueprint.parts[rod];
             let mesh = &self.at_rest.meshes[rod];
-            let estimate = || StepError::new(part, mesh.nodes.len(), mesh.length);
+            let step_error = match self.recorded.is_empty() {
+                true => StepError::new(part, mesh.nodes.len(), mesh.length),
+                false => StepError::default(),
+            };
             ExtremesOfRod {
                 name: self.scene.rods[rod].name.clone(),
                 youngs_modulus: part.material.youngs_modulus,
                 strain: problem.map_or_else(StrainRecord::default, |own| StrainRecord::new(&own)),
                 penetration: PenetrationRecord::new(part),
-                step_error: self.recorded.is_empty().then(estimate).flatten(),
+                step_error,
             }
         };
         let ends = self.blueprint.plan.ends.iter().enumerate();

@@ -36,18 +36,19 @@ fn energy_lost_by_rodas4_is_reported() {
     assert!(!report.energy_in_words().contains("conserved"), "{}", report.energy_in_words());
 }
 
-/// The trapezoidal rule keeps the energy of a linear vibration at every step.
+/// The trapezoidal rule keeps the energy of a linear vibration at every step, also where steps of a period do not
+/// resolve it.
 #[test]
 fn energy_kept_is_not_reported() {
     for scheme in [Scheme::NewmarkBeta, Scheme::AverageVectorField] {
         let report = run(&struck(1.0, scheme));
-        assert_eq!(report.warning_codes, [], "{:?}", report.warnings);
+        assert_eq!(report.warning_codes, [Code::CoarseStep], "{:?}", report.warnings);
         assert!(report.energy_in_words().starts_with("energy conserved within "));
     }
 }
 
-/// Implicit Euler with steps of ten periods ends at the equilibrium. It dissipates the work of the weight, twice the elastic
-/// energy, which is far above the kinetic energy of the motion.
+/// Implicit Euler with steps of ten periods ends at the equilibrium. It dissipates the work of the weight, twice the
+/// elastic energy, which is far above the kinetic energy of the motion.
 #[test]
 fn energy_lost_beyond_the_kinetic_energy_is_reported_for_dissipative_schemes() {
     let mut scene = struck(10.0, Scheme::NewmarkBeta);
@@ -56,7 +57,8 @@ fn energy_lost_beyond_the_kinetic_energy_is_reported_for_dissipative_schemes() {
     scene.loads.gravity = [0.0, -0.98, 0.0];
     let report = run(&scene);
     assert!(report.energy_drift() > 2.0, "{}", report.energy_drift());
-    assert_eq!(report.warning_codes, [Code::NumericalDamping], "{:?}", report.warnings);
+    let expected = [Code::NumericalDamping, Code::CoarseStep];
+    assert_eq!(report.warning_codes, expected, "{:?}", report.warnings);
 }
 
 /// A step beyond the end is taken as one step, with a warning.
