@@ -23,8 +23,8 @@ const MAX_OF_LENGTH: f64 = 0.02;
 const MAX_OF_EXTENT: f64 = 0.1;
 /// Largest displacement over the length that counts as motion.
 const MIN_EXTENT: f64 = 1e-6;
-/// Weight of the phase error of generalised-alpha by `((1 - rho_inf)/(1 + rho_inf))^2`, beside that of the trapezoidal
-/// rule: from the expansion of its frequency, as `1/12 + a^2/4 + ...` fitted over `rho_inf`.
+/// Coefficient of `r^2` in the phase error of generalised-alpha over that of the trapezoidal rule, `1 + 4.5 r^2`. Here
+/// `r` is `(1 - rho_inf)/(1 + rho_inf)`. It follows from the eigenvalues of the amplification matrix for short steps.
 const DISSIPATIVE_PHASE: f64 = 4.5;
 /// Weights of the second differences of positions smoothed by (1, 2, 1)/4.
 const SECOND: [f64; 6] = [0.0, 0.25, 0.0, -0.5, 0.0, 0.25];
@@ -40,20 +40,22 @@ pub(crate) struct StepError {
     length: f64,
     /// Factors of the sums of second and third differences.
     factors: [f64; 2],
-    /// Followed nodes.
-    nodes: Vec<Followed>,
+    /// Nodes at quarters of the length; empty without an estimate.
+    nodes: Vec<TrackedNode>,
     /// Time of the last state, s.
     time: Option<f64>,
 }
 
-/// One node.
+/// A node with the sums of its differences so far.
 #[derive(Clone, Debug, Default)]
-struct Followed {
+struct TrackedNode {
+    /// Index of the node.
     node: usize,
     /// Position at the start, m.
     start: [f64; 3],
-    /// The last six positions, the latest one last, and the number of states so far.
+    /// The last six positions, m, the latest one last.
     last: [[f64; 3]; 6],
+    /// Number of states so far.
     states: usize,
     /// Sums of the absolute second and third differences, m.
     sums: [f64; 2],
@@ -95,7 +97,8 @@ impl StepError {
         if is_recorded(End::Start) || is_recorded(End::End) {
             return None;
         }
-        let node = |quarter| Followed { node: quarter * (nodes - 1) / 4, ..Followed::default() };
+        let node =
+            |quarter| TrackedNode { node: quarter * (nodes - 1) / 4, ..TrackedNode::default() };
         let followed = (1..=4).map(node).collect();
         Some(Self { step, length, factors, nodes: followed, time: None })
     }
@@ -115,8 +118,9 @@ impl StepError {
 
     /// The estimated error of the position of the node where it is largest, m.
     pub fn estimate(&self) -> f64 {
-        let error =
-            |own: &Followed| PI / 2.0 * (0..2).map(|i| self.factors[i] * own.sums[i]).sum::<f64>();
+        let error = |own: &TrackedNode| {
+            PI / 2.0 * (0..2).map(|i| self.factors[i] * own.sums[i]).sum::<f64>()
+        };
         self.nodes.iter().map(error).fold(0.0, f64::max)
     }
 
@@ -164,7 +168,7 @@ impl StepError {
     }
 }
 
-impl Followed {
+impl TrackedNode {
     /// Adds the next position, m.
     fn add(&mut self, position: [f64; 3]) {
         if self.states == 0 {
