@@ -36,8 +36,8 @@ const UNDETERMINED: f64 = 0.9;
 /// sigma, are wrong.
 const USUAL_RMS: [f64; 2] = [0.8, 1.25];
 
-/// Probability that values are within the allowed distance of their priors, if the priors are right. Smaller: more right
-/// priors are warned of.
+/// Probability that values are within the allowed distance of their priors, if the priors are right. Smaller: more
+/// right priors are warned of.
 const PRIOR_QUANTILE: f64 = 0.9999;
 
 /// Estimates of a list along the rod.
