@@ -188,6 +188,17 @@ pub enum Error {
         /// Index of the contact, from 0.
         contact: usize,
     },
+    /// A step led a rod through another one.
+    #[error(
+        "at t = {time} s a rod would pass through another one, or itself, in one step (rod_contacts[{contact}]). Use a \
+         smaller time.step; if contact forces are too small to stop the rods, a larger rod_contacts[{contact}].stiffness"
+    )]
+    PassedRod {
+        /// End of the rejected step, s.
+        time: f64,
+        /// Index of the contact of rods, from 0.
+        contact: usize,
+    },
     /// The tangent of a step has no inverse.
     #[error(
         "the tangent matrix is singular at t = {time} s, degree of freedom {row}. Use a smaller time.step"
@@ -340,7 +351,7 @@ impl Error {
             Self::Unstable { .. } => Code::UnstableStep,
             Self::Fold { .. } => Code::Fold,
             Self::Leap { .. } => Code::LargeRotation,
-            Self::PassedObstacle { .. } => Code::PassedObstacle,
+            Self::PassedObstacle { .. } | Self::PassedRod { .. } => Code::PassedObstacle,
             Self::SingularTangent { .. } | Self::SingularEquilibrium => Code::SingularTangent,
             Self::Equilibrium { .. } => Code::NoEquilibrium,
             Self::Indifferent { .. } => Code::NeutralEquilibrium,

@@ -340,12 +340,16 @@ fn not_leapt<R: Rod<f64>>(simulation: &Simulation<f64, R>) -> Result<(), Error> 
     }
 }
 
-/// Rejects the step `simulation` has just made if an edge passed through an obstacle ([`Error::PassedObstacle`]).
+/// Rejects the step `simulation` has just made if an edge passed through an obstacle ([`Error::PassedObstacle`])
+/// or another rod ([`Error::PassedRod`]).
 fn not_passed<R: Rod<f64>>(simulation: &Simulation<f64, R>) -> Result<(), Error> {
     let (before, now) = (simulation.previous(), simulation.state());
     match simulation.rod().passed_obstacle(&before.q, &now.q, &before.frames) {
         Some(contact) => Err(Error::PassedObstacle { time: now.time, contact }),
-        None => Ok(()),
+        None => match simulation.rod().passed_rod(&before.q, &now.q, &before.frames) {
+            Some(contact) => Err(Error::PassedRod { time: now.time, contact }),
+            None => Ok(()),
+        },
     }
 }
 

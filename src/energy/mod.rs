@@ -11,8 +11,8 @@
 //!
 //! A user-defined energy on a rod implements [`OwnEnergy`] ([`own`]). `attach` adds it to a scene, [`place`] finds its
 //! elements, and `adapter` with `autodiff` derives it by the unknowns. `anchor_spring` is a spring to a fixed point,
-//! `tendon` a tendon, `edge_contact` the contact of an edge with an obstacle, `swept_edge` the test whether an edge
-//! passes through one. Outside a rod an energy implements [`Energy`], and [`Analytic`] if its derivatives are derived
+//! `tendon` a tendon, `edge_contact` the contact of an edge with an obstacle, `edge_pair` that of two edges.
+//! `swept_edge` and `swept_pair` test whether an edge passes through an obstacle or another edge. Outside a rod an energy implements [`Energy`], and [`Analytic`] if its derivatives are derived
 //! by hand; [`AsEnergy`] makes an element such an energy.
 //!
 //! Read [`stretch`] first: it is the simplest complete element.
@@ -26,6 +26,7 @@ pub(crate) mod contact_loss;
 pub mod dead_load;
 pub mod dead_moment;
 pub(crate) mod edge_contact;
+pub(crate) mod edge_pair;
 pub(crate) mod edge_tie;
 pub mod follower_load;
 pub mod frame;
@@ -38,6 +39,7 @@ pub mod place;
 pub mod planar_bend;
 pub mod stretch;
 pub(crate) mod swept_edge;
+pub(crate) mod swept_pair;
 pub(crate) mod tendon;
 
 pub use crate::scene::At;

@@ -21,7 +21,7 @@
 //! systems): `d` changes by at most the movement of the faster node, so that `t` may advance by the quotient of both.
 //!
 //! Input: an edge part with its obstacle, and the positions of both nodes before and after the step, m. Output of
-//! [`passes_obstacle`]: whether the edge has passed.
+//! [`passes_obstacle`]: whether the edge has passed. [`passes`] is the same test for any distance.
 
 use crate::energy::overlap::{EdgePart, largest_overlap};
 use crate::numerics::vector::{Vector, combine, dot, sub};
@@ -66,9 +66,17 @@ pub(crate) fn passes_obstacle(
     if edge.is_apart_within(before, squared_movement) {
         return false;
     }
-    let movement = squared_movement.sqrt();
-    let (first, last) = (distance(edge, before), distance(edge, now));
     let reach = edge.obstacle.radius + edge.part.radius;
+    passes(squared_movement.sqrt(), reach, |t| {
+        distance(edge, [0, 1].map(|i| combine(1.0 - t, before[i], t, now[i])))
+    })
+}
+
+/// Whether something passes through a round obstacle in a step. `distance(t)`, m, is their distance at the fraction `t`
+/// of the step, which changes by at most the `movement`, m, in the whole step. They touch at the distance `reach`, m.
+/// False for distances that are not finite.
+pub(super) fn passes(movement: f64, reach: f64, distance: impl Fn(f64) -> f64) -> bool {
+    let (first, last) = (distance(0.0), distance(1.0));
     let lower_bound = 0.5 * (first + last - movement);
     if lower_bound.is_nan() {
         return false;
@@ -86,7 +94,7 @@ pub(crate) fn passes_obstacle(
         if t >= 1.0 {
             return false;
         }
-        d = distance(edge, [0, 1].map(|i| combine(1.0 - t, before[i], t, now[i])));
+        d = distance(t);
         if d < limit {
             return true;
         }

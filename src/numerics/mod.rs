@@ -12,6 +12,7 @@
 //! mean (0 without values).
 
 pub mod banded;
+pub mod dense_lu;
 pub mod directions;
 pub mod envelope;
 pub mod envelope_lu;

@@ -46,8 +46,17 @@ fn contact_stiffness<D: Scalar>(contact: &Contact<D>, scene: &Scene<D>, length: 
     if let Some(stiffness) = contact.given_stiffness() {
         return stiffness;
     }
+    let radius = contact.rod_radius(&scene.at(0.5).0).expect("a contact has a radius of the rod");
+    default_contact_stiffness(scene, radius, length)
+}
+
+/// Stiffness of a contact that gives none, N/m^3, for a radius of the rod, m ([`contact_stiffness`]).
+pub(crate) fn default_contact_stiffness<D: Scalar>(
+    scene: &Scene<D>,
+    radius: D,
+    length: D,
+) -> D {
     let (section, material) = scene.at(0.5);
-    let radius = contact.rod_radius(&section).expect("a contact has a radius of the rod");
     let properties = section.moments();
     let [i1, i2] = properties.second_moments;
     let bending = material.youngs_modulus * i1.min(i2) / (length * length * length);

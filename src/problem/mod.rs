@@ -66,12 +66,14 @@ mod tributary;
 mod warnings;
 
 pub(crate) use axes::DirectorRotation;
+pub(crate) use contact::default_contact_stiffness;
 pub(crate) use layout::{behind_walls, check_edges, check_on_mesh, correction};
 pub use model::Model;
 pub(crate) use model_with_setup::ModelWithSetup;
 pub(crate) use own::{NodeTie, PointTie, point_ties};
 pub use parameters::{ListedParameter, ParameterList};
 pub use planar::PlanarModel;
+pub(crate) use penetration::LARGEST_PENETRATION;
 pub(crate) use plausibility::{Purpose, ignored_friction, is_implausible_mass};
 pub(crate) use reference_strains::{
     ReferenceEdge, ReferenceJoint, ReferenceStrains, joint_curvature,

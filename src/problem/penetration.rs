@@ -17,7 +17,7 @@ use crate::scene::mesh::Mesh;
 use crate::scene::obstacle_motion::ObstaclePath;
 
 /// Largest overlap of a motion without a warning, over the radius of the rod.
-const LARGEST_PENETRATION: f64 = 0.1;
+pub(crate) const LARGEST_PENETRATION: f64 = 0.1;
 /// Largest overlap at the start, over the radius of the rod, that is a rounding error.
 const ROUNDING: f64 = 1e-6;
 

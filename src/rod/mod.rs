@@ -374,6 +374,12 @@ pub trait Rod<D: Scalar>: Clone + Send + Sync {
         None
     }
 
+    /// Index in `[[rod_contacts]]` of the first contact of rods of which one passes through the other in a step from
+    /// `before` to `now`; `None` without one. Default: none.
+    fn passed_rod(&self, _before: &[D], _now: &[D], _frames: &Self::Frames) -> Option<usize> {
+        None
+    }
+
     /// The correction, J, of the potential of constant moments in [`energies`](Rod::energies) for a step from `before`
     /// to `now`. The angle there is counted in (-pi, pi]; where it jumps by a whole turn, this is minus the jump of the
     /// potential. It is zero in other steps and by default.

@@ -30,11 +30,11 @@ use std::path::Path;
 /// Quantity of the coordinates of a point, m.
 const POINT: Quantity = Quantity::signed("m");
 /// Quantity of a radius, m.
-const RADIUS: Quantity = Quantity::positive("m");
+pub(super) const RADIUS: Quantity = Quantity::positive("m");
 /// Quantity of the components of a direction.
 const DIRECTION: Quantity = Quantity::signed("");
 /// Quantity of the contact stiffness.
-const STIFFNESS: Quantity = Quantity::positive("N/m^3");
+pub(super) const STIFFNESS: Quantity = Quantity::positive("N/m^3");
 /// Quantity of the damping of the normal force.
 const DAMPING: Quantity = Quantity::positive("s/m").vanishing();
 /// Quantity of the friction coefficient.
@@ -247,10 +247,7 @@ impl<D: Scalar> Contact<D> {
     /// Radius, m, of a rod of this section in the contact: that of the contact, or the outer one of the section. `None`
     /// for a section without a radius where the contact gives none.
     pub(crate) fn rod_radius(&self, section: &Section<D>) -> Option<D> {
-        of_any_kind!(self, contact_radius).or(match section {
-            Section::Circle { radius } | Section::Tube { radius, .. } => Some(*radius),
-            Section::Rectangle { .. } | Section::Custom { .. } => None,
-        })
+        of_any_kind!(self, contact_radius).or(section.outer_radius())
     }
 }
 

@@ -57,6 +57,7 @@ mod recorded_point;
 mod required;
 pub mod resolution;
 pub mod rod;
+pub mod rod_contact;
 mod scene_catalog;
 mod scene_file;
 pub mod scheme;

@@ -113,6 +113,16 @@ impl Section {
     }
 }
 
+impl<D: Copy> Section<D> {
+    /// Outer radius of a circle or tube, m; `None` for other sections.
+    pub(crate) fn outer_radius(&self) -> Option<D> {
+        match self {
+            Self::Circle { radius } | Self::Tube { radius, .. } => Some(*radius),
+            Self::Rectangle { .. } | Self::Custom { .. } => None,
+        }
+    }
+}
+
 impl<D: Scalar> Section<D> {
     /// Shear coefficient kappa of Timoshenko's beam at Poisson's ratio `nu` (G. R. Cowper, J. Appl. Mech. 33 (1966)
     /// 335). It is `6 (1 + nu)/(7 + 6 nu)` for a circle, `10 (1 + nu)/(12 + 11 nu)` for rectangles and custom sections.

@@ -22,6 +22,7 @@ use crate::scene::number::{Candidates, NumberVisitor, Quantity, SceneNumber, is_
 use crate::scene::per_axis::PerAxis;
 use crate::scene::point::Point;
 use crate::scene::rod::{CURVATURE_FACTOR, Dimension, check_end, one};
+use crate::scene::rod_contact::{RodContactLaw, check_rod_contacts};
 use crate::scene::scheme::{Scheme, SchemeParameter};
 use crate::scene::section::Section;
 use crate::scene::shape::Shape;
@@ -69,6 +70,9 @@ table! {
         /// Obstacles that all rods touch.
         #[serde(default, skip_serializing_if = "Vec::is_empty")]
         pub contacts: Vec<Contact<D>> = TABLE,
+        /// Contacts of the rods with each other.
+        #[serde(default, skip_serializing_if = "Vec::is_empty")]
+        pub rod_contacts: Vec<RodContactLaw<D>> = TABLE,
         /// State at t = 0.
         #[serde(default, skip_serializing_if = "is_default")]
         pub initial: StructureStart,
@@ -466,6 +470,9 @@ impl StructureScene {
             Some(rod.segments)
         })?;
         self.check_contacts()?;
+        let sections: Vec<(&str, &Section)> =
+            self.rods.iter().map(|rod| (&*rod.name, &rod.section)).collect();
+        check_rod_contacts(&self.rod_contacts, &sections)?;
         self.loads.damping.check()?;
         let friction = self.loads.damping.friction.is_some();
         ensure(!friction, "loads.damping.friction", "a table", "no such key for a structure")?;

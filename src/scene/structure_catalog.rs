@@ -10,6 +10,7 @@ use crate::scene::mass::PointMass;
 use crate::scene::per_axis::PerAxis;
 use crate::scene::point::Point;
 use crate::scene::rod::Dimension;
+use crate::scene::rod_contact::RodContactLaw;
 use crate::scene::structure::{
     JointEnd, NamedMaterial, RigidBody, RodMaterial, StructureForce, StructureJoint,
     StructureLoads, StructureRod, StructureScene, StructureStart,
@@ -79,6 +80,11 @@ pub(crate) fn catalog_structure(scene: &Scene) -> StructureScene {
         supports: Vec::new(),
         recording: None,
         contacts: scene.contacts.clone(),
+        rod_contacts: vec![RodContactLaw {
+            rods: Vec::new(),
+            stiffness: Some(1.0),
+            contact_radius: Some(1.0),
+        }],
         loads: StructureLoads {
             gravity: [0.0; 3],
             damping: scene.loads.damping.clone(),

@@ -97,7 +97,7 @@ impl StructureScene {
         let mut scene: Self = parse(text, &REQUIRED)
             .map_err(|error| explained(error, text, &STRUCTURE).in_file(Some(path)))?;
         scene.path = Some(path.into());
-        if !scene.contacts.is_empty()
+        if !(scene.contacts.is_empty() && scene.rod_contacts.is_empty())
             && let Some(time) = &mut scene.time
             && !["scheme", "beta"].into_iter().any(|key| has_key(text, "time", key))
         {

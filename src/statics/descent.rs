@@ -222,9 +222,9 @@ impl<'a, R: Rod<f64>> Descent<'a, R> {
                 {
                     DescentStep::Failed
                 }
-                // Newton iterations without lambda may lead through an obstacle, and end in an equilibrium behind it.
+                // Newton iterations without lambda may lead through an obstacle or a rod, and end in an equilibrium behind it.
                 DescentStep::Moved | DescentStep::Stationary
-                    if self.rod.passed_obstacle(&self.step_start, &self.q, &frames).is_some() =>
+                    if self.passed_something(&frames) =>
                 {
                     DescentStep::Failed
                 }
@@ -267,6 +267,13 @@ impl<'a, R: Rod<f64>> Descent<'a, R> {
         }
         self.assemble(&frames);
         Err(Error::Equilibrium { iterations: self.iterations, residual: self.residual() })
+    }
+
+    /// Whether the last step led a rod through an obstacle or another rod.
+    fn passed_something(&self, frames: &R::Frames) -> bool {
+        let (before, now) = (&self.step_start, &self.q);
+        self.rod.passed_obstacle(before, now, frames).is_some()
+            || self.rod.passed_rod(before, now, frames).is_some()
     }
 
     /// Solves one step of the descent with this `lambda`, 1/s^2, from the current state by Newton's method, at most

@@ -31,6 +31,7 @@ use crate::structure::placement::{
     PlacedRod, check_joints, common_plane, end_nodes, placed_meshes,
 };
 use crate::structure::plan::{EndSupport, StructurePlan};
+use crate::structure::rod_surfaces::RodSurfaces;
 use crate::structure::spatial_inertia::SpatialBodiesAtRest;
 
 /// Springs of points of each rod to recorded markers.
@@ -221,22 +222,28 @@ impl Blueprint {
         let meshes = placed_meshes(&self.plan, scene, &scenes)?;
         match &self.models {
             RodModels::Plane { plane, rods } => {
+                let surfaces = RodSurfaces::new(scene, &scenes, &meshes);
                 let rods = self.rods::<D, PlanarLayout, _>(scene, rods, scenes, meshes, ties)?;
                 let BodiesAtRest { bodies, centers, z } =
                     BodiesAtRest::new(&self.plan, plane, scene, &rods)?;
                 let held = |i: usize, own: &_| planar_held_nodes(&self.plan, i, own, &centers);
                 let (members, q, _, meshes) = joined(scene, rods, z, held);
+                let laws = surfaces.laws(&members);
                 let rods = JoinedRods::new(members, bodies, self.plan.coordinates);
+                let rods = rods.with_contacts(laws);
                 let frames = AssemblyFrames::default();
                 Ok(AssemblyAtRest { assembly: Assembly::Plane(rods), q, frames, meshes })
             }
             RodModels::Space(models) => {
+                let surfaces = RodSurfaces::new(scene, &scenes, &meshes);
                 let rods = self.rods::<D, Space, _>(scene, models, scenes, meshes, ties)?;
                 let at_rest = SpatialBodiesAtRest::new(&self.plan, scene, &rods)?;
                 let held = |i: usize, own: &_| spatial_held_nodes(&self.plan, i, own, &at_rest);
                 let (members, q, rods, meshes) = joined(scene, rods, at_rest.z.clone(), held);
                 let frames = AssemblyFrames { rods, rotations: at_rest.references };
+                let laws = surfaces.laws(&members);
                 let rods = JoinedRods::new(members, at_rest.bodies, self.plan.coordinates);
+                let rods = rods.with_contacts(laws);
                 Ok(AssemblyAtRest { assembly: Assembly::Space(rods), q, frames, meshes })
             }
         }

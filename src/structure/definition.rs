@@ -20,6 +20,7 @@ use crate::scene::{InitialState, Scene, StructureScene};
 use crate::structure::blueprint::{AssemblyAtRest, Blueprint};
 use crate::structure::marker_place::RelaxedFrames;
 use crate::structure::recorded_ends::RecordedEnds;
+use crate::structure::rod_surfaces::RodOverlapRecord;
 use std::sync::{Arc, OnceLock};
 
 /// A structure: its scene and its assembly.
@@ -92,17 +93,30 @@ impl Structure {
         Ok(structure)
     }
 
-    /// Rejects a structure whose rods overlap an obstacle at rest ([`check_start`]), but for a recorded start.
+    /// Rejects a structure whose rods overlap each other or an obstacle ([`check_start`]) at rest, but for a recorded
+    /// start.
     fn check_overlaps(&self) -> Result<(), Error> {
+        let StructureScene { contacts, rod_contacts, initial, .. } = &self.scene;
         // A recorded start is at another place than the shapes of the scene.
-        if self.scene.contacts.is_empty() || self.scene.initial.state == InitialState::Recorded {
+        if contacts.is_empty() && rod_contacts.is_empty()
+            || initial.state == InitialState::Recorded
+        {
             return Ok(());
         }
         let shape = self.shape_at(&self.at_rest.q, &self.at_rest.frames);
+        let mut record = self.rod_overlaps();
+        record.add(&shape, None);
+        record.check()?;
         self.scene.rods.iter().zip(self.parts()).try_for_each(|(rod, part)| {
             let nodes = &shape.rods[&rod.name].nodes;
             check_start(part, |i| nodes[i], &format!("rods.{}", rod.name))
         })
+    }
+
+    /// A record of overlaps of the rods with each other, still without a state.
+    pub(super) fn rod_overlaps(&self) -> RodOverlapRecord {
+        let names = self.scene.rods.iter().map(|rod| rod.name.clone()).collect();
+        RodOverlapRecord::new(self.at_rest.assembly.contacts_on_nodes(), names)
     }
 
     /// The structure whose simulations compute gradients and Hessians of energies by hand-derived formulas or dual

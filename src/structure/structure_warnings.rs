@@ -18,6 +18,7 @@ use crate::scene::Time;
 use crate::structure::definition::Structure;
 use crate::structure::equilibrium::StructureEquilibrium;
 use crate::structure::plan::EndSupport;
+use crate::structure::rod_surfaces::RodOverlapRecord;
 use crate::structure::structure_shape::StructureShape;
 use std::f64::consts::SQRT_2;
 
@@ -38,7 +39,11 @@ struct ExtremesOfRod {
 
 /// Largest strains and overlaps of the rods of a structure.
 #[derive(Clone, Debug, Default)]
-pub(super) struct ExtremesOfRods(Vec<ExtremesOfRod>);
+pub(super) struct ExtremesOfRods {
+    rods: Vec<ExtremesOfRod>,
+    /// The largest overlap of rods with each other; none without a structure.
+    overlaps: Option<RodOverlapRecord>,
+}
 
 /// All records are equal, so that they do not distinguish reports.
 impl PartialEq for ExtremesOfRods {
@@ -52,7 +57,10 @@ impl ExtremesOfRods {
     /// Replaces the largest strain and overlap of each rod so far by that of the `shape` at a time, s, if this is
     /// larger; an equilibrium has no time. Rods that the shape lacks are left out.
     pub fn add(&mut self, shape: &StructureShape, time: Option<f64>) {
-        for own in &mut self.0 {
+        if let Some(overlaps) = &mut self.overlaps {
+            overlaps.add(shape, time);
+        }
+        for own in &mut self.rods {
             if let Some(rod) = shape.rods.get(&own.name) {
                 own.strain.add(|i| rod.nodes[i], time.unwrap_or(0.0));
                 own.penetration.add(|i| rod.nodes[i], time);
@@ -76,11 +84,12 @@ impl ExtremesOfRods {
             named.collect::<Vec<_>>()
         };
         let excess = |own: &&ExtremesOfRod| total_order(own.step_error.excess());
-        let coarse = self.0.iter().max_by_key(excess).and_then(|own| {
+        let coarse = self.rods.iter().max_by_key(excess).and_then(|own| {
             let (code, words) = own.step_error.warning()?;
             Some((code, format!("rods.{}: {words}", own.name)))
         });
-        self.0.iter().flat_map(of_rod).chain(coarse).collect()
+        let overlap = self.overlaps.as_ref().and_then(RodOverlapRecord::warning);
+        self.rods.iter().flat_map(of_rod).chain(overlap).chain(coarse).collect()
     }
 }
 
@@ -155,7 +164,8 @@ impl Structure {
             }
         };
         let ends = self.blueprint.plan.ends.iter().enumerate();
-        ExtremesOfRods(ends.map(of_rod).collect())
+        let overlaps = Some(self.rod_overlaps());
+        ExtremesOfRods { rods: ends.map(of_rod).collect(), overlaps }
     }
 
     /// The warning of an equilibrium or modes, with its code, that the friction of a contact is left out; `None`

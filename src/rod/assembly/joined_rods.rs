@@ -17,6 +17,8 @@
 //!   `strain_energies` and `branch_energies` of given strains.
 //! - `passed_obstacle`, `has_moved_obstacles`, `move_obstacles`, `obstacle_work` (J) and `contact_gradients` (N) are
 //!   those of contacts with obstacles. Damping and friction in the equations of a step are in `contact_losses`.
+//! - Contacts of rods with each other (`contact_pairs`) are added to gradient, tangent and energy; `passed_rod` is the
+//!   first of which one rod passes through the other, and `contacts_on_nodes` are these contacts for given nodes.
 //! - `folded_node` and `over_rotated_edge` return the first fold or large rotation of a step, `None` without one.
 //! - `move_frames` moves the frames of rods and rotations to other unknowns.
 //! - `mass` is the lumped mass of every unknown (arbitrary and positive for those without effect), `zero_tangent` a
@@ -29,10 +31,12 @@ use crate::energy::Derivatives;
 use crate::numerics::envelope::Envelope;
 use crate::numerics::scalar::RodScalar;
 use crate::rod::assembly::carrying::{CarryingBodies, MemberRod};
+use crate::rod::assembly::contact_pairs::{ContactLaw, ContactPairs};
 use crate::rod::assembly::frames::AssemblyFrames;
 use crate::rod::assembly::layout::AssemblyLayout;
 use crate::rod::assembly::member::{Member, MemberWorkspace, RodUnknowns};
 use crate::rod::assembly::reduction::{reduce_gradient, reduce_tangent};
+use crate::rod::assembly::rod_couplings::RodCouplings;
 use crate::rod::assembly::skew_part::SkewPart;
 use crate::rod::assembly::tangent::{BorderedTangent, MemberTangent};
 use crate::rod::{Energies, ReferenceFrames, Rod, Viscosity};
@@ -50,7 +54,16 @@ pub struct JoinedRods<D: RodScalar, L: AssemblyLayout> {
     pub(super) first: usize,
     /// Mass of every unknown, kg; without a meaning for carried and fixed nodes.
     mass: Vec<D>,
+    /// Contacts of the rods with each other.
+    pub(super) contacts: ContactPairs<D>,
     room: MemberWorkspace<D, L>,
+}
+
+/// Copies the unknowns `q` of a rod, with its carried and fixed nodes, to those of all rods, unless that list is empty.
+fn keep_placed<D: RodScalar, L: AssemblyLayout>(member: &Member<D, L>, q: &[D], all: &mut [D]) {
+    if !all.is_empty() {
+        all[member.range.clone()].copy_from_slice(q);
+    }
 }
 
 impl<D: RodScalar, L: AssemblyLayout> JoinedRods<D, L> {
@@ -67,10 +80,18 @@ impl<D: RodScalar, L: AssemblyLayout> JoinedRods<D, L> {
         bodies.masses(&mut mass[first..]);
         // Unknowns without effect have the mass of a body, so that none is zero.
         let any = mass[first..].iter().chain(&mass).copied().find(|mass| mass.value() > 0.0);
-        let mut rods = Self { members, bodies, first, mass, room: MemberWorkspace::default() };
+        let contacts = ContactPairs::new(Vec::new(), L::STRIDE);
+        let room = MemberWorkspace::default();
+        let mut rods = Self { members, bodies, first, mass, contacts, room };
         let tied: Vec<usize> = rods.unknowns_without_effect().collect();
         tied.into_iter().for_each(|i| rods.mass[i] = any.unwrap_or(D::from(1.0)));
         rods
+    }
+
+    /// The assembly with contacts of the rods by these laws.
+    #[must_use]
+    pub fn with_contacts(self, laws: Vec<ContactLaw<D>>) -> Self {
+        Self { contacts: ContactPairs::new(laws, L::STRIDE), ..self }
     }
 
     /// The rods with their ranges of unknowns and their carried and fixed nodes.
@@ -217,7 +238,8 @@ impl<D: RodScalar, L: AssemblyLayout> JoinedRods<D, L> {
         }
         let bodies = Envelope::zeros(first);
         let (blocks, skew) = (Vec::new(), SkewPart::none());
-        BorderedTangent { members, first: self.first, bodies, blocks, skew }
+        let between = RodCouplings::none(L::STRIDE.min(3));
+        BorderedTangent { members, first: self.first, bodies, blocks, skew, between }
     }
 
     /// Lumped mass of every unknown, kg (kg m^2 for angles of edges). Those without effect have an arbitrary positive
@@ -237,12 +259,16 @@ impl<D: RodScalar, L: AssemblyLayout> JoinedRods<D, L> {
     ) {
         let ((rods, bodies), z) = (gradient.split_at_mut(self.first), &q[self.first..]);
         self.bodies.gradient(z, frames, bodies);
+        let mut placed = self.contacts.borrow_placed(q);
         self.for_each_placed(q, frames, |member, own_frames, RodUnknowns { q, carried, .. }| {
+            keep_placed(member, q, &mut placed);
             let own = &mut rods[member.range.clone()];
             member.rod.gradient(q, own_frames, derivatives, own);
             reduce_gradient(member, carried, own, bodies);
         });
         self.clear_gaps(rods);
+        self.contacts.add_gradient(&placed, rods);
+        self.contacts.return_placed(placed);
         self.bodies.convert_derivatives::<L::Band<D>>(z, frames, bodies, None);
     }
 
@@ -259,14 +285,17 @@ impl<D: RodScalar, L: AssemblyLayout> JoinedRods<D, L> {
         tangent: &mut TangentOfLayout<D, L>,
     ) {
         let ((rods, bodies), z) = (gradient.split_at_mut(self.first), &q[self.first..]);
-        let BorderedTangent { members, bodies: corner, blocks, skew, .. } = tangent;
+        let BorderedTangent { members, bodies: corner, blocks, skew, between, .. } = &mut *tangent;
         blocks.clear();
+        between.blocks.clear();
         skew.clear();
         self.bodies.gradient(z, frames, bodies);
         corner.clear();
         self.bodies.add_tangent(z, frames, |i, j, entry| corner.add(i, j, entry));
         let (mut members, mut edges) = (members.iter_mut(), 0);
+        let mut placed = self.contacts.borrow_placed(q);
         self.for_each_placed(q, frames, |member, own_frames, RodUnknowns { q, carried, .. }| {
+            keep_placed(member, q, &mut placed);
             let Some(own) = members.next() else { return };
             let forces = &mut rods[member.range.clone()];
             let count = member.rod.edges();
@@ -279,6 +308,8 @@ impl<D: RodScalar, L: AssemblyLayout> JoinedRods<D, L> {
             reduce_gradient(member, carried, forces, bodies);
         });
         self.clear_gaps(rods);
+        self.contacts.add_tangent(&placed, rods, tangent);
+        self.contacts.return_placed(placed);
         // Last: the conversion needs the complete gradient by increments, with the forces of all rods.
         self.bodies.convert_derivatives(z, frames, bodies, Some(tangent));
     }
@@ -359,6 +390,32 @@ impl<D: RodScalar, L: AssemblyLayout> JoinedRods<D, L> {
         )
     }
 
+    /// Index in `[[rod_contacts]]` of the first contact of rods of which one passes through the other in a step from
+    /// `before` to `now`; `None` without one.
+    pub fn passed_rod(
+        &self,
+        before: &[D],
+        now: &[D],
+        frames: &AssemblyFrames<D>,
+    ) -> Option<usize> {
+        if self.contacts.is_empty() {
+            return None;
+        }
+        let [before, now] = [before, now].map(|q| {
+            let mut placed = q.to_vec();
+            self.place_carried(&mut placed, frames);
+            placed
+        });
+        self.contacts.passed(&before, &now)
+    }
+
+    /// The contacts of the rods with each other, where the unknowns are the coordinates of the nodes of all rods.
+    pub fn contacts_on_nodes(&self) -> ContactPairs<f64> {
+        let ranges: Vec<Range<usize>> =
+            self.members.iter().map(|member| member.range.clone()).collect();
+        self.contacts.on_nodes(&ranges)
+    }
+
     /// Whether an obstacle has a prescribed motion.
     pub fn has_moved_obstacles(&self) -> bool {
         self.members.iter().any(|member| member.rod.has_moved_obstacles())
@@ -418,7 +475,9 @@ impl<D: RodScalar, L: AssemblyLayout> JoinedRods<D, L> {
     /// count as bending, loads on bodies as potential, and contacts as user-defined energies. The kinetic one is zero.
     pub fn energies(&self, q: &[D], frames: &AssemblyFrames<D>) -> Energies {
         let mut sums = Energies::default();
+        let mut placed = self.contacts.borrow_placed(q);
         self.for_each_placed(q, frames, |member, own_frames, RodUnknowns { q, .. }| {
+            keep_placed(member, q, &mut placed);
             let own = member.rod.energies(q, own_frames);
             sums.stretch += own.stretch;
             sums.bend += own.bend;
@@ -426,6 +485,8 @@ impl<D: RodScalar, L: AssemblyLayout> JoinedRods<D, L> {
             sums.potential += own.potential;
             sums.own += own.own;
         });
+        sums.own += self.contacts.energy(&placed).value();
+        self.contacts.return_placed(placed);
         self.bodies.add_energies(&q[self.first..], frames, &mut sums);
         sums
     }
@@ -448,6 +509,7 @@ impl<D: RodScalar, L: AssemblyLayout> JoinedRods<D, L> {
         let mut assembly = self.clone();
         assembly.members.iter_mut().for_each(|member| member.rod = member.rod.dashpots());
         assembly.bodies = self.bodies.passive();
+        assembly.contacts = ContactPairs::new(Vec::new(), L::STRIDE);
         assembly
     }
 

@@ -15,7 +15,8 @@
 //!
 //! Files: `member` (one rod with its carried and fixed nodes), `joined_rods` (evaluation of all rods), `reduction`
 //! (chain rule through carried nodes), `joint_law` (elastic joints in space), `tangent`, `coupling`, `skew_part`,
-//! `member_factors` and `bordered` (matrix and factors). Damping and friction of contacts are in `contact_losses` and
+//! `member_factors` and `bordered` (matrix and factors). Contacts of rods with each other are in `contact_pairs`, their
+//! entries in the matrix in `rod_couplings`. Damping and friction of contacts are in `contact_losses` and
 //! `carried_velocities`, rotations in space in `spatial_motion`, `conversion` and `rotational_inertia`. `attachment`,
 //! `carrying`, `frames` and `layout` have data and interfaces.
 
@@ -25,6 +26,7 @@ mod bordered;
 mod carried_velocities;
 pub mod carrying;
 mod contact_losses;
+pub mod contact_pairs;
 mod conversion;
 mod coupling;
 pub mod frames;
@@ -34,6 +36,7 @@ pub mod layout;
 mod member;
 mod member_factors;
 mod reduction;
+mod rod_couplings;
 mod rotational_inertia;
 mod skew_part;
 pub mod spatial_bodies;
@@ -43,6 +46,7 @@ mod tangent;
 pub use attachment::{Attachment, CarriedEdge, CarriedNode, FixedNode};
 pub use bodies::Bodies;
 pub use bordered::{AssemblyFactors, AssemblyTangent};
+pub use contact_pairs::{ContactLaw, ContactPairs, TouchingEdge};
 pub use frames::{AssemblyFrames, RotationReference};
 pub use joined_rods::JoinedRods;
 pub use layout::AssemblyLayout;
@@ -137,6 +141,12 @@ impl<D: RodScalar> Assembly<D> {
             clamped
                 .for_each(|node| frames.rods[k].replace(node.node, &rest.rods[k].edges[node.node]));
         }
+    }
+
+    /// The contacts of the rods with each other, where the unknowns are the coordinates of the nodes of all rods, three
+    /// per node, rod after rod.
+    pub fn contacts_on_nodes(&self) -> ContactPairs<f64> {
+        of_either!(self, rods => rods.contacts_on_nodes())
     }
 
     /// Overwrites the entries of carried nodes in `rates` (velocities of all unknowns at `q`) with those that follow
@@ -336,6 +346,17 @@ impl<D: RodScalar> Rod<D> for Assembly<D> {
         frames: &AssemblyFrames<D>,
     ) -> Option<usize> {
         of_either!(self, rods => rods.passed_obstacle(before, now, frames))
+    }
+
+    /// Index in `[[rod_contacts]]` of the first contact of rods of which one passes through the other in a step from
+    /// `before` to `now`; `None` without one.
+    fn passed_rod(
+        &self,
+        before: &[D],
+        now: &[D],
+        frames: &AssemblyFrames<D>,
+    ) -> Option<usize> {
+        of_either!(self, rods => rods.passed_rod(before, now, frames))
     }
 
     /// Whether contacts have damping or friction.

@@ -24,6 +24,7 @@ use crate::numerics::simd::with_simd;
 use crate::numerics::tangent::{Factors, RightHandSide, Singular, Tangent};
 use crate::rod::assembly::coupling::{Coupling, entry_of};
 use crate::rod::assembly::member_factors::{LessColumn, MemberFactors};
+use crate::rod::assembly::rod_couplings::{CouplingFactors, RodCouplings};
 use crate::rod::assembly::skew_part::SkewPart;
 use std::ops::Range;
 
@@ -52,6 +53,8 @@ pub struct BorderedTangent<D, T> {
     pub blocks: Vec<DiagonalBlock<D>>,
     /// Differences of entries at transposed places; none without damping and friction of contacts.
     pub skew: SkewPart<D, T>,
+    /// Entries between nodes of rods in contact; none without contacts of rods.
+    pub between: RodCouplings<D>,
 }
 
 /// A row or column of a bordered matrix.
@@ -92,6 +95,7 @@ impl<D: Scalar, T: Tangent<D>> Tangent<D> for BorderedTangent<D, T> {
             members: self.members.iter().map(member).collect(),
             schur: self.bodies.clone(),
             general: None,
+            between: None,
         }
     }
 
@@ -99,7 +103,7 @@ impl<D: Scalar, T: Tangent<D>> Tangent<D> for BorderedTangent<D, T> {
     /// over the couplings of a rod, or that of the bodies. Gaps have those of the identity; other pairs are zero.
     fn get(&self, i: usize, j: usize) -> D {
         let skew = self.skew.active();
-        match (self.row(i), self.row(j)) {
+        let entry = match (self.row(i), self.row(j)) {
             (MatrixRow::Rod(k, row), MatrixRow::Rod(other, column)) if k == other => {
                 self.members[k].band.get(row, column)
             }
@@ -121,14 +125,17 @@ impl<D: Scalar, T: Tangent<D>> Tangent<D> for BorderedTangent<D, T> {
             }
             (MatrixRow::Gap, MatrixRow::Gap) => D::from(f64::from(i == j)),
             _ => D::from(0.0),
-        }
+        };
+        if self.between.is_empty() { entry } else { entry + self.between.get(i, j) }
     }
 
     /// A range with all rows that have an entry in column `j` of the matrix, whose order is `n`: all unknowns of the
     /// rod of the column if no body carries it, else all rows `0..n`.
     fn coupled(&self, j: usize, n: usize) -> Range<usize> {
         match self.row(j) {
-            MatrixRow::Rod(k, _) if self.members[k].couplings.is_empty() => {
+            MatrixRow::Rod(k, _)
+                if self.members[k].couplings.is_empty() && !self.between.has_column(j) =>
+            {
                 self.members[k].range.clone()
             }
             _ => 0..n,
@@ -155,6 +162,7 @@ impl<D: Scalar, T: Tangent<D>> Tangent<D> for BorderedTangent<D, T> {
     /// Replaces row and column `i`, of a rod or of a body coordinate, by those of the identity, also in the couplings.
     /// Unsymmetric blocks stay; nothing happens in a gap.
     fn eliminate_row_and_column(&mut self, i: usize) {
+        self.between.eliminate(i);
         match self.row(i) {
             MatrixRow::Rod(k, row) => {
                 self.members[k].band.eliminate_row_and_column(row);
@@ -190,6 +198,7 @@ impl<D: Scalar, T: Tangent<D>> Tangent<D> for BorderedTangent<D, T> {
         self.bodies.clear();
         self.blocks.clear();
         self.skew.clear();
+        self.between.blocks.clear();
         for member in &mut self.members {
             member.band.clear();
             for coupling in &mut member.couplings {
@@ -202,6 +211,7 @@ impl<D: Scalar, T: Tangent<D>> Tangent<D> for BorderedTangent<D, T> {
     /// its rows of bodies from their columns.
     fn add_scaled(&mut self, other: &Self, factor: f64) {
         self.bodies.add_scaled(&other.bodies, factor);
+        self.between.add_scaled(&other.between, factor);
         for (to, from) in self.members.iter_mut().zip(&other.members) {
             to.band.add_scaled(&from.band, factor);
             for (to, from) in to.couplings.iter_mut().zip(&from.couplings) {
@@ -223,6 +233,7 @@ impl<D: Scalar, T: Tangent<D>> Tangent<D> for BorderedTangent<D, T> {
     /// Adds `A x` to `out`, for `G` vectors (`x[i][g]` is row `i` of vector `g`): bands, couplings and their
     /// transposes, bodies. Gaps and unsymmetric blocks have no part.
     fn add_product<const G: usize>(&self, x: &[[D; G]], out: &mut [[D; G]]) {
+        self.between.add_product(x, out);
         let (rods, bodies) = x.split_at(self.first);
         let (to_rods, to_bodies) = out.split_at_mut(self.first);
         for member in &self.members {
@@ -283,6 +294,10 @@ impl<D: Scalar, T: Tangent<D>> Tangent<D> for BorderedTangent<D, T> {
                 to_bodies[j] += size(entry) * size(bodies[i]);
             }
         });
+        self.between.for_each(|i, j, entry| {
+            out[i] += size(entry) * size(x[j]);
+            out[j] += size(entry) * size(x[i]);
+        });
     }
 }
 
@@ -294,9 +309,43 @@ pub struct BorderedFactors<D: Scalar, T: Tangent<D>> {
     schur: Envelope<D>,
     /// Its factors where it is not.
     general: Option<EnvelopeLu<D>>,
+    /// What solutions need where rods touch each other.
+    between: Option<CouplingFactors<D>>,
 }
 
 impl<D: Scalar, T: Tangent<D>> BorderedFactors<D, T> {
+    /// Solves `A x = b` in place without the entries between rods in contact, for `R` right-hand sides (`x[i][r]` is row
+    /// `i` of number `r`), over all rows: the rods alone, then the bodies by the Schur complement, then the responses of the rods. Rows in gaps stay as they are.
+    fn solve_alone<E: RightHandSide<D>, const R: usize>(&self, x: &mut [[E; R]]) {
+        let first = x.len() - self.schur.order();
+        let (rods, bodies) = x.split_at_mut(first);
+        for member in &self.members {
+            let x = &mut rods[member.range.clone()];
+            // Forward: each rod alone, and its effect on the right-hand side of the bodies.
+            member.band.solve_many(x);
+            for coupling in member.body_rows() {
+                let x = &x[coupling.rows.clone()];
+                for (column, entries) in coupling.iter() {
+                    for (x, entry) in x.iter().zip(entries) {
+                        (0..R).for_each(|k| bodies[column][k] -= x[k] * *entry);
+                    }
+                }
+            }
+        }
+        // The Schur complement: the coordinates of the bodies.
+        match &self.general {
+            Some(general) => general.solve(bodies),
+            None => self.schur.solve(bodies),
+        }
+        for member in &self.members {
+            let x = &mut rods[member.range.clone()];
+            // Backward: each rod responds to the bodies by the stored columns, without another solution.
+            for (column, response) in member.responses() {
+                with_simd(LessColumn { x: &mut *x, column: response, factor: bodies[column] });
+            }
+        }
+    }
+
     /// Factors `scale diag(diagonal) + factor matrix`: the band of each rod, then the Schur complement of the bodies.
     /// Of a matrix that is not symmetric the latter is factored as `L U`, else as `L D L^T`. An error has the row of a
     /// pivot that is zero or not finite, in the unknowns of the assembly.
@@ -347,7 +396,15 @@ impl<D: Scalar, T: Tangent<D>> BorderedFactors<D, T> {
                 general.factor()
             }
         };
-        factored.map_err(|singular| Singular { row: first + singular.row })
+        factored.map_err(|singular| Singular { row: first + singular.row })?;
+        self.between = None;
+        if !matrix.between.is_empty() {
+            let order = first + matrix.bodies.order();
+            let alone = &*self;
+            let solve = |x: &mut [[D; _]]| alone.solve_alone(x);
+            self.between = Some(CouplingFactors::new(&matrix.between, factor, order, solve)?);
+        }
+        Ok(())
     }
 }
 
@@ -379,38 +436,17 @@ impl<D: Scalar, T: Tangent<D>> Factors<D> for BorderedFactors<D, T> {
     /// matrix (Sylvester's law of inertia). It has no meaning with unsymmetric blocks.
     fn negative_pivots(&self) -> usize {
         let rods: usize = self.members.iter().map(|member| member.band.negative_pivots()).sum();
-        rods + self.schur.negative_pivots()
+        let alone = rods + self.schur.negative_pivots();
+        let change = self.between.as_ref().map_or(0, CouplingFactors::change_of_negative_pivots);
+        alone.saturating_add_signed(change)
     }
 
-    /// Solves `A x = b` in place for `R` right-hand sides (`x[i][r]` is row `i` of number `r`), over all rows: the rods
-    /// alone, then the bodies by the Schur complement, then the responses of the rods. Rows in gaps stay as they are.
+    /// Solves `A x = b` in place for `R` right-hand sides (`x[i][r]` is row `i` of number `r`), over all rows. Rows in
+    /// gaps stay as they are.
     fn solve_many<E: RightHandSide<D>, const R: usize>(&self, x: &mut [[E; R]]) {
-        let first = x.len() - self.schur.order();
-        let (rods, bodies) = x.split_at_mut(first);
-        for member in &self.members {
-            let x = &mut rods[member.range.clone()];
-            // Forward: each rod alone, and its effect on the right-hand side of the bodies.
-            member.band.solve_many(x);
-            for coupling in member.body_rows() {
-                let x = &x[coupling.rows.clone()];
-                for (column, entries) in coupling.iter() {
-                    for (x, entry) in x.iter().zip(entries) {
-                        (0..R).for_each(|k| bodies[column][k] -= x[k] * *entry);
-                    }
-                }
-            }
-        }
-        // The Schur complement: the coordinates of the bodies.
-        match &self.general {
-            Some(general) => general.solve(bodies),
-            None => self.schur.solve(bodies),
-        }
-        for member in &self.members {
-            let x = &mut rods[member.range.clone()];
-            // Backward: each rod responds to the bodies by the stored columns, without another solution.
-            for (column, response) in member.responses() {
-                with_simd(LessColumn { x: &mut *x, column: response, factor: bodies[column] });
-            }
+        self.solve_alone(x);
+        if let Some(between) = &self.between {
+            between.correct(x);
         }
     }
 }

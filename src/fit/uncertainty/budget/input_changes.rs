@@ -23,7 +23,7 @@ const MOST_NUMBERS: usize = 16;
 /// Relative change of an unstated input.
 const PER_CENT: f64 = 0.01;
 /// Paths of numbers that are inputs of an experiment, which meshes and steps are not.
-const INPUT_PATHS: [&str; 17] = [
+const INPUT_PATHS: [&str; 18] = [
     "rod.shape.",
     "rod.section.",
     "rod.mass.",
@@ -32,6 +32,7 @@ const INPUT_PATHS: [&str; 17] = [
     "signals.",
     "actuation.",
     "contacts.",
+    "rod_contacts.",
     "camera.pixel_scale",
     "supports.motion.",
     "initial.velocity.",
@@ -43,7 +44,7 @@ const INPUT_PATHS: [&str; 17] = [
     "joints.",
 ];
 /// Paths of inputs that come after all others, which would be left out beyond [`MOST_NUMBERS`] of these.
-const LATER_PATHS: [&str; 3] = ["signals.", "actuation.", "contacts."];
+const LATER_PATHS: [&str; 4] = ["signals.", "actuation.", "contacts.", "rod_contacts."];
 /// Paths of direction vectors, whose length has no effect.
 const DIRECTION_PATHS: [&str; 3] = ["rod.shape.direction", "rod.shape.axis", "rod.section.up"];
 /// Parts of the paths of numbers of contacts that are no inputs: lengths of direction vectors, and the speed that
