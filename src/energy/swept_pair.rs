@@ -42,7 +42,9 @@ pub(crate) fn passes_edge(reach: f64, before: TwoEdges, now: TwoEdges) -> bool {
         of_node(0).max(of_node(1))
     };
     passes(movement(0) + movement(1), reach, |t| {
-        segment_distance([0, 1].map(|e| [0, 1].map(|i| combine(1.0 - t, before[e][i], t, now[e][i]))))
+        segment_distance(
+            [0, 1].map(|e| [0, 1].map(|i| combine(1.0 - t, before[e][i], t, now[e][i]))),
+        )
     })
 }
 

@@ -66,7 +66,18 @@ pub(crate) const STRUCTURE: FileKind = FileKind {
     marks: &["rods"],
     commands: "use it with `rodfit simulate`, `static` and `modes`, or as `scene = \"..\"` in a fit file",
     single: &["loads", "loads.damping", "initial", "time", "camera"],
-    repeated: &["rods", "rods.mass", "materials", "bodies", "joints", "supports", "loads.point"],
+    repeated: &[
+        "rods",
+        "rods.mass",
+        "materials",
+        "bodies",
+        "joints",
+        "supports",
+        "loads.point",
+        "contacts",
+        "contacts.motion",
+        "rod_contacts",
+    ],
 };
 
 /// Fit file: observations of a motion and free parameters.

@@ -35,7 +35,10 @@ impl<D: Scalar> DenseLu<D> {
             for row in below {
                 let factor = row[k] * over;
                 row[k] = factor;
-                row[k + 1..].iter_mut().zip(&pivot_row[k + 1..]).for_each(|(x, p)| *x -= factor * *p);
+                row[k + 1..]
+                    .iter_mut()
+                    .zip(&pivot_row[k + 1..])
+                    .for_each(|(x, p)| *x -= factor * *p);
             }
         }
         Ok(Self { rows, order })

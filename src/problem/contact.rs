@@ -51,11 +51,7 @@ fn contact_stiffness<D: Scalar>(contact: &Contact<D>, scene: &Scene<D>, length: 
 }
 
 /// Stiffness of a contact that gives none, N/m^3, for a radius of the rod, m ([`contact_stiffness`]).
-pub(crate) fn default_contact_stiffness<D: Scalar>(
-    scene: &Scene<D>,
-    radius: D,
-    length: D,
-) -> D {
+pub(crate) fn default_contact_stiffness<D: Scalar>(scene: &Scene<D>, radius: D, length: D) -> D {
     let (section, material) = scene.at(0.5);
     let properties = section.moments();
     let [i1, i2] = properties.second_moments;

@@ -72,8 +72,8 @@ pub use model::Model;
 pub(crate) use model_with_setup::ModelWithSetup;
 pub(crate) use own::{NodeTie, PointTie, point_ties};
 pub use parameters::{ListedParameter, ParameterList};
-pub use planar::PlanarModel;
 pub(crate) use penetration::LARGEST_PENETRATION;
+pub use planar::PlanarModel;
 pub(crate) use plausibility::{Purpose, ignored_friction, is_implausible_mass};
 pub(crate) use reference_strains::{
     ReferenceEdge, ReferenceJoint, ReferenceStrains, joint_curvature,

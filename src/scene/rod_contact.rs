@@ -9,7 +9,7 @@ use crate::error::{Error, ensure};
 use crate::numerics::scalar::Scalar;
 use crate::scene::contact::{RADIUS, STIFFNESS};
 use crate::scene::section::Section;
-use crate::scene::table::{TABLE, table};
+use crate::scene::table::{NumberTree, TABLE, table};
 
 table! {
     /// `[[rod_contacts]]`: contact of rods with each other, and of each with itself, without friction.

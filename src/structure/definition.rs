@@ -98,8 +98,7 @@ impl Structure {
     fn check_overlaps(&self) -> Result<(), Error> {
         let StructureScene { contacts, rod_contacts, initial, .. } = &self.scene;
         // A recorded start is at another place than the shapes of the scene.
-        if contacts.is_empty() && rod_contacts.is_empty()
-            || initial.state == InitialState::Recorded
+        if contacts.is_empty() && rod_contacts.is_empty() || initial.state == InitialState::Recorded
         {
             return Ok(());
         }

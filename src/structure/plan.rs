@@ -231,13 +231,14 @@ impl StructurePlan {
         Ok(())
     }
 
-    /// Rejects a rod with two free ends, unless it is the only rod and there is no body. Also rejects a body of
+    /// Rejects a rod with two free ends, unless it may touch something, or is the only rod and there is no body. Also rejects a body of
     /// `[[bodies]]` that no joint connects to a rod. The error has the name of the first one.
     fn check_connected(&self, scene: &StructureScene) -> Result<(), Error> {
-        let several = self.ends.len() > 1 || !scene.bodies.is_empty();
+        let touches = !(scene.contacts.is_empty() && scene.rod_contacts.is_empty());
+        let several = !touches && (self.ends.len() > 1 || !scene.bodies.is_empty());
         for (rod, ends) in scene.rods.iter().zip(&self.ends) {
             let alone = several && *ends == [EndSupport::Free; 2];
-            let allowed = "a rod with a joint or a support";
+            let allowed = "a rod with a joint or a support, or a structure with contacts";
             ensure(!alone, format!("rods.{}", rod.name), "neither joint nor support", allowed)?;
         }
         for (i, body) in scene.bodies.iter().enumerate() {

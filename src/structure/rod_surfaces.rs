@@ -34,8 +34,15 @@ struct EdgeSurface<D> {
 
 /// Numbers of the contacts of all rods with each other.
 pub(super) struct RodSurfaces<D> {
-    /// Of each contact: its stiffness, N/m^3, and the edges of each rod, none of rods without it.
-    contacts: Vec<(D, Vec<Vec<EdgeSurface<D>>>)>,
+    contacts: Vec<ContactSurfaces<D>>,
+}
+
+/// Numbers of one contact.
+struct ContactSurfaces<D> {
+    /// Its stiffness, N/m^3.
+    stiffness: D,
+    /// The edges of each rod; none of rods without it.
+    rods: Vec<Vec<EdgeSurface<D>>>,
 }
 
 impl<D: RodScalar> RodSurfaces<D> {
@@ -44,25 +51,26 @@ impl<D: RodScalar> RodSurfaces<D> {
         let of_contact = |contact: &RodContactLaw<D>| {
             let rods = || scenes.iter().zip(meshes).zip(&structure.rods);
             let touches = |name: &str| contact.applies_to(name);
-            let edges = rods()
+            let own = rods()
                 .map(|((scene, mesh), rod)| match touches(&rod.name) {
                     true => edge_surfaces(contact, scene, mesh),
                     false => Vec::new(),
                 })
                 .collect();
-            let defaults = rods().filter(|(_, rod)| touches(&rod.name)).map(|((scene, mesh), _)| {
-                let radius = radius(contact, scene, 0.5);
-                default_contact_stiffness(scene, radius, mesh.length)
-            });
+            let defaults =
+                rods().filter(|(_, rod)| touches(&rod.name)).map(|((scene, mesh), _)| {
+                    let radius = radius(contact, scene, 0.5);
+                    default_contact_stiffness(scene, radius, mesh.length)
+                });
             let stiffness = contact.stiffness.or_else(|| defaults.reduce(Scalar::max));
-            (stiffness.unwrap_or(D::from(1.0)), edges)
+            ContactSurfaces { stiffness: stiffness.unwrap_or(D::from(1.0)), rods: own }
         };
         Self { contacts: structure.rod_contacts.iter().map(of_contact).collect() }
     }
 
     /// The laws of these contacts for the rods of an assembly.
     pub fn laws<L: AssemblyLayout>(self, members: &[Member<D, L>]) -> Vec<ContactLaw<D>> {
-        let law = |(index, (stiffness, rods)): (usize, (D, Vec<Vec<EdgeSurface<D>>>))| {
+        let law = |(index, ContactSurfaces { stiffness, rods }): (usize, ContactSurfaces<D>)| {
             let parts = rods.into_iter().zip(members).enumerate();
             let edges = parts.flat_map(|(rod, (edges, member))| touching_edges(rod, edges, member));
             ContactLaw { index, stiffness, edges: edges.collect() }
@@ -100,7 +108,8 @@ fn touching_edges<D: RodScalar, L: AssemblyLayout>(
     let ends = [edges.first(), edges.last()].map(|edge| edge.map_or([0.0; 2], |edge| edge.arc));
     // The body that carries each end.
     let carrier = |node: usize| {
-        let carries = member.attachments.iter().find(|own| own.nodes.iter().any(|n| n.node == node));
+        let carries =
+            member.attachments.iter().find(|own| own.nodes.iter().any(|n| n.node == node));
         carries.map(|attachment| attachment.body)
     };
     let bodies = [carrier(0), carrier(edges.len())];
@@ -108,9 +117,8 @@ fn touching_edges<D: RodScalar, L: AssemblyLayout>(
         member.attachments.iter().flat_map(|own| &own.nodes).any(|own| own.node == node)
     };
     let is_free = |node: usize| member.fixed.iter().all(|fixed| fixed.node != node);
-    let touching = edges.into_iter().enumerate().filter(|(i, _)| {
-        !is_carried(*i) && !is_carried(i + 1)
-    });
+    let touching =
+        edges.into_iter().enumerate().filter(|(i, _)| !is_carried(*i) && !is_carried(i + 1));
     let edge = |(i, EdgeSurface { arc, length, radius }): (usize, EdgeSurface<D>)| TouchingEdge {
         rod,
         first: member.range.start + L::STRIDE * i,

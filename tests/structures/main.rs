@@ -18,6 +18,7 @@ mod motion;
 mod page;
 mod recorded;
 mod recorded_checks;
+mod rod_contacts;
 mod scenes;
 mod space;
 mod spatial_motion;

@@ -93,7 +93,11 @@ fn hand_derived_derivatives_equal_those_in_dual_numbers() {
             let (gradient, hessian) = by_hand(&pair, &q);
             let (dual_gradient, dual_hessian) = autodiff::hessian(&EnergyOfNodes(&pair), &q);
             let size = dual_hessian.iter().flatten().fold(0.0_f64, |most, x| most.max(x.abs()));
-            if size > 0.0 { touching += 1 } else { apart += 1 }
+            if size > 0.0 {
+                touching += 1
+            } else {
+                apart += 1
+            }
             for i in 0..12 {
                 let off = (gradient[i] - dual_gradient[i]).abs();
                 assert!(off <= 1e-12 * size, "{goes_on:?} {edges:?} {i}: {off:e}");

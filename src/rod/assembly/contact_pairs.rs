@@ -14,8 +14,8 @@
 use crate::energy::edge_pair::{EdgePair, PairDerivatives};
 use crate::energy::swept_pair::{TwoEdges, passes_edge, segment_distance};
 use crate::numerics::scalar::Scalar;
-use crate::numerics::vector::Vector;
 use crate::numerics::tangent::Tangent;
+use crate::numerics::vector::Vector;
 use crate::rod::assembly::rod_couplings::NodeBlock;
 use crate::rod::assembly::tangent::BorderedTangent;
 use std::f64::consts::PI;

@@ -392,12 +392,7 @@ impl<D: RodScalar, L: AssemblyLayout> JoinedRods<D, L> {
 
     /// Index in `[[rod_contacts]]` of the first contact of rods of which one passes through the other in a step from
     /// `before` to `now`; `None` without one.
-    pub fn passed_rod(
-        &self,
-        before: &[D],
-        now: &[D],
-        frames: &AssemblyFrames<D>,
-    ) -> Option<usize> {
+    pub fn passed_rod(&self, before: &[D], now: &[D], frames: &AssemblyFrames<D>) -> Option<usize> {
         if self.contacts.is_empty() {
             return None;
         }

@@ -350,12 +350,7 @@ impl<D: RodScalar> Rod<D> for Assembly<D> {
 
     /// Index in `[[rod_contacts]]` of the first contact of rods of which one passes through the other in a step from
     /// `before` to `now`; `None` without one.
-    fn passed_rod(
-        &self,
-        before: &[D],
-        now: &[D],
-        frames: &AssemblyFrames<D>,
-    ) -> Option<usize> {
+    fn passed_rod(&self, before: &[D], now: &[D], frames: &AssemblyFrames<D>) -> Option<usize> {
         of_either!(self, rods => rods.passed_rod(before, now, frames))
     }
 

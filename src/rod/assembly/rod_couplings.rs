@@ -167,8 +167,8 @@ impl<D: Scalar> CouplingFactors<D> {
                 row.iter_mut().zip(&responses).for_each(|(x, y)| *x += *entry * y[unknowns[k]]);
             }
         }
-        let small = DenseLu::factor(small)
-            .map_err(|singular| Singular { row: unknowns[singular.row] })?;
+        let small =
+            DenseLu::factor(small).map_err(|singular| Singular { row: unknowns[singular.row] })?;
         Ok(Self { unknowns, couplings: matrix, responses, small })
     }
 

@@ -1,0 +1,279 @@
+//! Contacts of rods with each other and with themselves: derivatives and factors, crossed rods and a ring against
+//! theory, energy of a collision, fast steps, and rejected scenes.
+
+use crate::contact_scenes::{DIMENSIONS, RADIUS, gravity, structure, time};
+use crate::derivative_checks::{check_derivatives, check_factors, dual_run, shifted};
+use crate::scenes::{joint, spatial_rod, support};
+use rodfit::rod::Rod;
+use rodfit::{Error, Structure, StructureScene};
+use std::f64::consts::PI;
+
+/// Text of a straight rod from `origin`.
+fn placed(name: &str, segments: usize, length: f64, way: [f64; 3], origin: [f64; 3]) -> String {
+    spatial_rod(name, segments, length, way) + &format!("origin = {origin:?}\n")
+}
+
+/// Text of contacts of all rods with this stiffness, N/m^3.
+fn touching(stiffness: f64) -> String {
+    format!("[[rod_contacts]]\nstiffness = {stiffness:e}\n")
+}
+
+/// Three rods near each other, one with a body: parallel in a plane, and skew in space.
+fn bundle(dimension: &str) -> Structure {
+    let aside = |z: f64| if dimension == DIMENSIONS[0] { 0.0 } else { z };
+    structure(
+        dimension,
+        2e9,
+        &[
+            placed("a", 8, 0.15, [1.0, 0.0, aside(0.2)], [0.0; 3]),
+            placed("b", 9, 0.17, [1.0, 0.01, aside(-0.8)], [-0.01, 0.007, aside(0.05)]),
+            placed("c", 7, 0.12, [-1.0, -0.01, aside(0.1)], [0.14, -0.007, aside(0.01)]),
+            "[[bodies]]\nname = \"bob\"\nmass = 0.02\ninertia = INERTIA\nposition = [0, -0.01, 0]\n"
+                .replace("INERTIA", if dimension == DIMENSIONS[0] { "3e-6" } else { "[2e-6, 4e-6, 3e-6]" }),
+            joint("rigid", &["bob", "c.end"], ""),
+            support("a.start", "clamped"),
+            support("b.end", "pinned"),
+            touching(1e9),
+        ],
+    )
+}
+
+/// Gradient, tangent and factors of rods in contact with each other, against differences, dual numbers and dense matrices.
+#[test]
+fn derivatives_of_touching_rods_agree_with_dual_numbers() {
+    for dimension in DIMENSIONS {
+        let own = bundle(dimension);
+        let at_rest = own.at_rest();
+        let tied: Vec<usize> = at_rest.assembly.unknowns_without_effect().collect();
+        let ranges = at_rest.assembly.rod_ranges();
+        let mut q = at_rest.q.clone();
+        (0..q.len()).for_each(|i| q[i] += 1e-4 * (0.9 * i as f64).cos());
+        // The second rod moves into the first one, and the third too.
+        let stride = if dimension == DIMENSIONS[0] { 2 } else { 4 };
+        ranges[1].clone().skip(1).step_by(stride).for_each(|i| q[i] -= 4.5e-3);
+        ranges[2].clone().skip(1).step_by(stride).for_each(|i| q[i] += 4.5e-3);
+        at_rest.assembly.place_carried(&mut q, &at_rest.frames);
+        let own_energy = at_rest.assembly.energies(&q, &at_rest.frames).own;
+        println!("{dimension}energy of contacts {own_energy:.3e} J");
+        assert!(own_energy > 1e-6, "no contact");
+        check_derivatives(&own, &q, 1e-7, 1e-9, &tied);
+        check_factors(&own, &q, &tied);
+    }
+}
+
+/// A rod that is pinned at both ends above a stiff one lies on it: the axes are a diameter apart, and the force is that of
+/// a beam on a rigid support in its middle, `5/8 w L - 48 E I d/L^3`.
+#[test]
+fn crossed_rods_are_a_diameter_apart() {
+    let (length, modulus, height) = (0.4, 2e9, 2.05 * RADIUS);
+    let own = structure(
+        DIMENSIONS[1],
+        modulus,
+        &[
+            placed("below", 10, 0.02, [0.0, 0.0, 1.0], [0.0, 0.0, -0.01]),
+            placed("above", 60, length, [1.0, 0.0, 0.0], [-0.5 * length, height, 0.0]),
+            support("below.start", "clamped"),
+            support("below.end", "clamped"),
+            support("above.start", "pinned"),
+            support("above.end", "pinned"),
+            gravity(),
+            "[[rod_contacts]]\n".into(),
+        ],
+    );
+    let found = own.equilibrium().unwrap();
+    assert_eq!(found.stable, Some(true));
+    let axis = |name: &str| {
+        let nodes = &found.shape.rods[name].nodes;
+        nodes[nodes.len() / 2][1]
+    };
+    let distance = axis("above") - axis("below");
+    println!("distance of the axes: {:.5} diameters", distance / (2.0 * RADIUS));
+    assert!(distance < 2.0 * RADIUS && distance > 2.0 * RADIUS * 0.995);
+    // The rod on the support sags by d = 0.05 r there; with its ends free to turn.
+    let bending = modulus * PI * RADIUS.powi(4) / 4.0;
+    let weight = 7800.0 * PI * RADIUS.powi(2) * 9.81;
+    let sag = height - distance;
+    let force = 0.625 * weight * length - 48.0 * bending * sag / length.powi(3);
+    // By the shape: the deflection of the quarter point under weight and that force.
+    let nodes = &found.shape.rods["above"].nodes;
+    let quarter = height - nodes[nodes.len() / 4][1];
+    let x: f64 = 0.25;
+    let by_weight = weight * length.powi(4) / (24.0 * bending) * (x - 2.0 * x.powi(3) + x.powi(4));
+    let by_force = force * length.powi(3) / (48.0 * bending) * (3.0 * x - 4.0 * x.powi(3));
+    println!(
+        "quarter point {quarter:.4e} m, theory {:.4e} m, force {force:.4} N",
+        by_weight - by_force
+    );
+    assert!((quarter / (by_weight - by_force) - 1.0).abs() < 0.02, "{quarter}");
+}
+
+/// An open ring whose tip is pulled across its start touches it: the axes there are a diameter apart.
+#[test]
+fn ring_touches_itself() {
+    for dimension in DIMENSIONS {
+        let text = format!(
+            "{dimension}[[rods]]\nname = \"ring\"\nsegments = 60\n\
+             shape = {{ kind = \"arc\", length = 0.3, angle = 5.6 }}\n\
+             section = {{ kind = \"circle\", radius = 3e-3 }}\n\
+             material = {{ density = 1100, youngs_modulus = 2e7, poisson_ratio = 0.45 }}\n\
+             {}[[loads.point]]\nrod = \"ring\"\nforce = [0.02, -0.02, 0]\n[[rod_contacts]]\nstiffness = 1e11\n",
+            support("ring.start", "clamped")
+        );
+        let own = Structure::new(StructureScene::from_toml(&text, ".").unwrap()).unwrap();
+        let found = own.equilibrium().unwrap();
+        let nodes = &found.shape.rods["ring"].nodes;
+        let tip = nodes[nodes.len() - 1];
+        let apart = |i: usize| (0..3).map(|c| (nodes[i][c] - tip[c]).powi(2)).sum::<f64>().sqrt();
+        let (least, _) = (0..30).map(|i| (i, apart(i))).min_by(|a, b| a.1.total_cmp(&b.1)).unwrap();
+        // The distance of the tip from the straight line through the nodes around the nearest one.
+        let (a, b) = (nodes[least.saturating_sub(1)], nodes[least + 1]);
+        let [way, to] = [[b[0] - a[0], b[1] - a[1]], [tip[0] - a[0], tip[1] - a[1]]];
+        let distance = (way[0] * to[1] - way[1] * to[0]).abs() / way[0].hypot(way[1]);
+        println!(
+            "{dimension}node {least}: {:.4} diameters, tip {tip:?}",
+            distance / (2.0 * RADIUS)
+        );
+        assert!((distance / (2.0 * RADIUS) - 1.0).abs() < 0.02, "{distance}");
+    }
+}
+
+/// A rod that falls across a cantilever, with this step, s, and these further keys of the time.
+fn collision(step: f64, length: f64, gap: f64, keys: &str) -> Structure {
+    structure(
+        DIMENSIONS[1],
+        2e9,
+        &[
+            placed("beam", 10, 0.3, [0.0, 0.0, 1.0], [0.0, 0.0, 0.0]),
+            placed(
+                "falling",
+                9,
+                length,
+                [1.0, 0.1, 0.1],
+                [-0.5 * length - 0.01, 2.0 * RADIUS + gap, 0.2],
+            ),
+            support("beam.start", "clamped"),
+            gravity(),
+            touching(1e9),
+            time(0.1, step, keys),
+        ],
+    )
+}
+
+/// The energy of rods that collide is kept with an error of second order, and the momentum of the falling rod changes by
+/// weight and contact force, which is opposite to that on the other rod.
+#[test]
+fn collision_of_rods_keeps_the_energy() {
+    let changes = [4e-4, 2e-4, 1e-4].map(|step| {
+        let keys = "tolerance = \"rounding\"\nscheme = \"newmark-beta\"";
+        let own = collision(step, 0.2, 0.005, keys);
+        let mut motion = own.simulation().unwrap();
+        let start = motion.energies().total();
+        let (mut change, mut kinetic, mut contact) = (0.0_f64, 0.0_f64, 0.0_f64);
+        let times = own.time().unwrap();
+        for k in 1..=times.steps() {
+            motion.step_to(times.at(k)).unwrap();
+            let energies = motion.energies();
+            change = change.max((energies.total() - start).abs());
+            kinetic = kinetic.max(energies.kinetic);
+            contact = contact.max(energies.own);
+        }
+        assert!(contact > 0.02 * kinetic, "{contact} {kinetic}");
+        change / kinetic
+    });
+    println!("energy changes by {changes:?} of the largest kinetic energy");
+    assert!(changes[2] < 0.01 && changes[0] / changes[2] > 6.0, "{changes:?}");
+}
+
+/// Derivatives of a motion in contact by numbers of rods and contacts, from dual numbers and from differences.
+#[test]
+fn derivatives_of_a_collision_agree_with_differences() {
+    let keys = "tolerance = \"rounding\"\nscheme = \"generalised-alpha\"";
+    let own = collision(4e-4, 0.2, 0.005, keys);
+    let times = || (1..=200).map(|k| 4e-4 * f64::from(k));
+    let rods = own.at_rest().assembly.body_coordinates().start;
+    let end = |own: &Structure| {
+        let mut motion = own.simulation().unwrap();
+        times().for_each(|t| motion.step_to(t).unwrap());
+        let mut q = motion.simulation().state().q.clone();
+        motion.simulation().rod().place_carried(&mut q, &motion.simulation().state().frames);
+        q.truncate(rods);
+        q
+    };
+    let plain = end(&own);
+    for path in
+        ["materials.steel.youngs_modulus", "rod_contacts.0.stiffness", "rods.beam.section.radius"]
+    {
+        let (value, q) = dual_run(&own, path, times());
+        let rates: Vec<f64> = q[..rods].iter().map(|q| q.eps).collect();
+        let size = rates.iter().fold(0.0_f64, |size, x| size.max(x.abs()));
+        let apart = q.iter().zip(&plain).map(|(d, p)| (d.re - p).abs()).fold(0.0, f64::max);
+        let h = 1e-6 * value.abs();
+        let [plus, minus] = [h, -h].map(|h| end(&shifted(&own, path, h)));
+        let off = (0..rods).map(|i| (rates[i] - (plus[i] - minus[i]) / (2.0 * h)).abs());
+        let off = off.fold(0.0, f64::max) / size;
+        println!("{path}: off by {off:.1e} of {size:.2e}, positions by {apart:.1e} m");
+        assert!(size > 0.0 && apart < 1e-9, "{path}: {apart:e}");
+        assert!(off < 1e-4, "{path}: {off:e}");
+    }
+}
+
+/// A rod that falls by many diameters in a step does not pass through another one.
+#[test]
+fn fast_rods_do_not_pass_through_each_other() {
+    let own = collision(1e-2, 0.2, 0.4, "");
+    let mut scene = own.scene().clone();
+    scene.time.as_mut().unwrap().end = 0.4;
+    let own = Structure::new(scene).unwrap();
+    let mut motion = own.simulation().unwrap();
+    let mut lowest = f64::INFINITY;
+    for k in 1..=40 {
+        match motion.step_to(1e-2 * f64::from(k)) {
+            Ok(()) => {}
+            Err(error) => {
+                assert!(matches!(error, Error::PassedRod { contact: 0, .. }), "{error}");
+                return;
+            }
+        }
+        let shape = motion.shape();
+        let height = |name: &str, i: usize| shape.rods[name].nodes[i][1];
+        lowest = lowest.min(height("falling", 5) - height("beam", 7));
+    }
+    println!("lowest distance {lowest:.4} m");
+    assert!(lowest > 0.0, "{lowest}");
+}
+
+#[test]
+fn contacts_of_rods_that_are_not_possible_are_rejected() {
+    let text = |contact: &str, height: f64, more: &str| {
+        let material = "[[materials]]\nname = \"steel\"\ndensity = 7800\nyoungs_modulus = 2e11\npoisson_ratio = 0.3\n";
+        let rods = placed("a", 8, 0.3, [1.0, 0.0, 0.0], [0.0; 3])
+            + &placed("b", 8, 0.3, [1.0, 0.0, 1.0], [0.0, height, -0.1]);
+        let supports = support("a.start", "clamped") + &support("b.start", "clamped");
+        format!(
+            "{material}{rods}{supports}[[rod_contacts]]\n{contact}\n[time]\nend = 0.1\nstep = 1e-3\n{more}"
+        )
+    };
+    let result = |contact: &str, height: f64, more: &str| {
+        StructureScene::from_toml(&text(contact, height, more), ".").and_then(Structure::new)
+    };
+    for (contact, height, more, key, words) in [
+        ("rods = [\"a\", \"c\"]", 0.01, "", "rod_contacts[0].rods[1]", "a, b"),
+        ("rods = [\"a\", \"a\"]", 0.01, "", "rod_contacts[0].rods[1]", "once"),
+        ("stiffness = -1", 0.01, "", "rod_contacts[0].stiffness", ""),
+        ("contact_radius = 0", 0.01, "", "rod_contacts[0].contact_radius", ""),
+        ("", 0.0015, "", "rod_contacts[0]", "rods.a overlaps rods.b"),
+        ("", 0.01, "scheme = \"rodas4\"", "time.scheme", "with rod_contacts"),
+    ] {
+        let error = result(contact, height, more).unwrap_err().to_string();
+        assert!(error.contains(&format!("{key}:")) && error.contains(words), "{key}: {error}");
+    }
+    assert!(result("rods = [\"a\"]", 0.0015, "").is_ok());
+    let scene = result("", 0.01, "").unwrap();
+    assert_eq!(scene.time().unwrap().scheme, rodfit::scene::Scheme::GeneralisedAlpha);
+    let flat = text("", 0.01, "").replace(
+        "section = { kind = \"circle\", radius = 1e-3 }",
+        "section = { kind = \"rectangle\", width = 2e-3, height = 1e-3, up = [0, 1, 0] }",
+    );
+    let error = StructureScene::from_toml(&flat, ".").unwrap_err().to_string();
+    assert!(error.contains("rod_contacts[0].contact_radius:"), "{error}");
+}
