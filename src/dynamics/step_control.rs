@@ -101,7 +101,8 @@ impl Limits {
         }
         let damped = scene.is_dissipative();
         let traits = time.scheme.traits();
-        // The quadrature of an exact scheme is not exact for user-defined energies and for tables of the bending moment.
+        // The quadrature of an exact scheme is not exact for user-defined energies and for tables of the bending
+        // moment.
         let exactly = traits.energy == EnergyConservation::Exact
             && !scene.has_own_energies()
             && !scene.material.has_bending_table();

@@ -1,9 +1,8 @@
 //! Distance of two edges, and whether one passes through the other within a step.
 //!
-//! [`segment_distance`] is the distance of two straight segments, m: the least over their closest points, which are both
-//! interior, or one or both at ends. [`passes_edge`] is the criterion of
-//! [`swept_edge`](crate::energy::swept_edge) for this distance, with the sum of both radii as reach. Edges that cross
-//! have a distance of zero in between.
+//! [`segment_distance`] is the distance of two straight segments, m: the least over their closest points, which are
+//! both interior, or one or both at ends. [`passes_edge`] is the criterion of [`swept_edge`](crate::energy::swept_edge)
+//! for this distance, with the sum of both radii as reach. Edges that cross have a distance of zero in between.
 //!
 //! Input: positions of the nodes of both edges before and after the step, m, and the sum of the radii, m.
 

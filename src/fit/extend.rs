@@ -18,6 +18,7 @@
 use crate::code::Code;
 use crate::error::Error;
 use crate::fit::file::FitFile;
+use crate::fit::measurement::experiment::all;
 use crate::fit::report::FitReport;
 use crate::fit::uncertainty::discrepancy::omitted_effects::{OMITTED_EFFECTS, OmittedEffect};
 use crate::fit::uncertainty::discrepancy::rod_sizes::RodSizes;
@@ -68,11 +69,17 @@ impl FitFile {
     /// Fits with one likely omitted effect each as a further unknown, by the significant score tests of the `report` of
     /// this fit; at most six, the most likely first. Friction, mass damping or drag is followed by internal damping,
     /// whose motion is similar. Effects that are unknowns already, or that no scene can have, are skipped.
+    /// Empty without more values than unknowns after such an extension.
     ///
     /// # Errors
     ///
     /// Scenes that cannot have the values of the report.
     pub fn extensions(&self, report: &FitReport) -> Result<Vec<ExtendedFit>, Error> {
+        // With a further unknown there must be more values than unknowns: else any effect explains all.
+        let values: usize = all(&self.experiments).map(|(_, m)| m.values()).sum();
+        if values <= self.unknowns.len() + 1 {
+            return Ok(Vec::new());
+        }
         // Significant score tests in the order of their rank, each followed by terms with similar effects.
         let mut tried: Vec<&str> = Vec::new();
         let mut found = Vec::new();

@@ -5,11 +5,11 @@
 //! (`term_bound`) and their common `operators`. Also the function `phi_1` (`phi_function`), vectors of three
 //! components, `rotation`s, and their mean (`mean_rotation`). Symmetric matrices: the traits of `tangent`, `banded` and
 //! `envelope` storage with `L D L^T` factors, `prescribed_dofs`, and the `lanczos` method. Matrices that are not
-//! symmetric: `envelope_lu` and `dense_lu` with `L U` factors. Signals: `hermite` interpolation in time, power spectra (`spectrum`),
-//! and noise estimates (`noise_scale`). Nonlinear least squares: `levenberg_marquardt`, with the step of `linearized`.
-//! This file itself has `total_order`, an integer with the order of floating-point numbers, and two medians. Of an even
-//! number of values, `upper_median` is the larger of the two middle ones (`None` without values), and `median` their
-//! mean (0 without values).
+//! symmetric: `envelope_lu` and `dense_lu` with `L U` factors. Signals: `hermite` interpolation in time, power spectra
+//! (`spectrum`), and noise estimates (`noise_scale`). Nonlinear least squares: `levenberg_marquardt`, with the step of
+//! `linearized`. This file itself has `total_order`, an integer with the order of floating-point numbers, and two
+//! medians. Of an even number of values, `upper_median` is the larger of the two middle ones (`None` without values),
+//! and `median` their mean (0 without values).
 
 pub mod banded;
 pub mod dense_lu;

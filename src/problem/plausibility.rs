@@ -44,6 +44,9 @@ const STRONGEST_GRAVITY: f64 = 500.0;
 const LARGEST_ANGLE: f64 = std::f64::consts::TAU;
 /// Largest plausible attached mass over the mass of the rod: a bob of 1 kg on a steel wire of 1 m has 160.
 const HEAVIEST_MASS: f64 = 500.0;
+/// Weight over bending stiffness, `w L^3/(E I)`, above which it is noticeable: the modulus from a motion of a hanging
+/// rod is off by about an eighth of it.
+const NOTICEABLE_WEIGHT: f64 = 0.1;
 /// Cosine of the largest angle between a vertical rod and its axis: 10 degrees.
 const VERTICAL: f64 = 0.985;
 
@@ -90,6 +93,7 @@ impl Problem {
                          Write [loads] gravity = [0, -9.81, 0], or [0, 0, 0] if none is meant";
             (Code::NoGravity, words.to_string())
         });
+        let gravity = gravity.or_else(|| self.heavy_without_gravity(purpose));
         let at_rest = (purpose != Purpose::Motion).then(|| self.notes_at_rest());
         let mesh = self.natural_turn_note().into_iter().chain(self.held_load_note());
         units.into_iter().chain(gravity).chain(mesh).chain(at_rest.into_iter().flatten()).collect()
@@ -198,6 +202,32 @@ impl Problem {
             || !scene.actuation.is_empty()
             || !scene.rod.is_unstressed();
         scene.gravity_left_out && scene.loads.gravity == [0.0; 3] && !driven && !self.is_vertical()
+    }
+
+    /// Warning of a file that gives no gravity, for a rod that its weight would bend or stiffen noticeably: `w L^3/(E
+    /// I)` above [`NOTICEABLE_WEIGHT`], with the weight `w` per length and the smaller `I`, halfway along the rod.
+    /// `None` for modes, and where a recording or a fluid determines the motion.
+    fn heavy_without_gravity(&self, purpose: Purpose) -> Option<(Code, String)> {
+        let scene = &self.scene;
+        let is_followed = scene.supports.path.is_some() || scene.loads.have_flow();
+        if !scene.gravity_left_out
+            || scene.loads.gravity != [0.0; 3]
+            || purpose == Purpose::Modes
+            || is_followed
+        {
+            return None;
+        }
+        let (section, material) = scene.at(0.5);
+        let moments = section.moments();
+        let [i1, i2] = moments.second_moments;
+        let weight = 9.81 * material.density * moments.area;
+        let relative = weight * self.length().powi(3) / (material.youngs_modulus * i1.min(i2));
+        let words = format!(
+            "the scene gives no gravity, so that the rod has no weight. That would be noticeable: w L^3/(E I) is \
+             {relative:.2}, for the weight w per length. Write [loads] gravity = [0, -9.81, 0], or [0, 0, 0] if none is \
+             meant"
+        );
+        (relative > NOTICEABLE_WEIGHT).then_some((Code::NoGravity, words))
     }
 
     /// Whether the rod at rest, rotated by `supports.angle`, is straight and within 10 degrees of the y or the z axis

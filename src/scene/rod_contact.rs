@@ -1,9 +1,9 @@
 //! `[[rod_contacts]]`: contact of the rods of a structure with each other, and of each rod with itself.
 //!
 //! [`RodContactLaw`] names rods (by default all), the stiffness of the contact (force per length over the square of the
-//! overlap, N/m^3) and the radius of the rods in it, m; both have defaults from the rods. `applies_to` returns whether a
-//! rod is among those that it names. `check_rod_contacts` rejects, with the key, invalid numbers, unknown and repeated
-//! names, and rods without a radius.
+//! overlap, N/m^3) and the radius of the rods in it, m; both have defaults from the rods. `applies_to` returns whether
+//! a rod is among those that it names. `check_rod_contacts` rejects, with the key, invalid numbers, unknown and
+//! repeated names, and rods without a radius.
 
 use crate::error::{Error, ensure};
 use crate::numerics::scalar::Scalar;

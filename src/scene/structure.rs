@@ -489,9 +489,10 @@ impl StructureScene {
 }
 
 impl StructureScene {
-    /// Rejects schemes that take no contacts beside contacts of rods. Rejects springs with damping, and recorded supports, for schemes other than Newmark-beta and generalized-alpha.
+    /// Rejects schemes that take no contacts beside contacts of rods. Rejects springs with damping, and recorded
+    /// supports, for schemes other than Newmark-beta and generalized-alpha.
     fn check_scheme(&self, time: &Time) -> Result<(), Error> {
-        let takers = Scheme::all().into_iter().filter(|scheme| scheme.traits().takes_contacts);
+        let takers = Scheme::all().filter(|scheme| scheme.traits().takes_contacts);
         let takers: Vec<String> = takers.map(|scheme| format!("\"{}\"", scheme.name())).collect();
         let takes_contacts = time.scheme.traits().takes_contacts || self.rod_contacts.is_empty();
         let allowed = format!("{}, with rod_contacts", takers.join(", "));

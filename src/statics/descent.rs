@@ -222,7 +222,8 @@ impl<'a, R: Rod<f64>> Descent<'a, R> {
                 {
                     DescentStep::Failed
                 }
-                // Newton iterations without lambda may lead through an obstacle or a rod, and end in an equilibrium behind it.
+                // Newton iterations without lambda may lead through an obstacle or a rod, and end in an equilibrium
+                // behind it.
                 DescentStep::Moved | DescentStep::Stationary if self.passed_something(&frames) => {
                     DescentStep::Failed
                 }

@@ -4,9 +4,9 @@
 //! A [`Structure`] is a [scene](crate::StructureScene) with its [assembly](crate::rod::assembly). Joints are rigid,
 //! hinged (`ball` and `hinge` are the same in a plane), or have rotational springs. `definition` builds it: `plan`
 //! makes the discrete choices, `placement` places the rods, `inertia` and `spatial_inertia` make the bodies,
-//! `held_nodes` attaches the ends of rods, `rod_surfaces` evaluates their contacts, and `blueprint` assembles them over any number type. `recorded_ends` moves
-//! ends along recorded markers; `recorded_start`, with `recorded_pose` and `marker_place`, is the initial state by a
-//! recording.
+//! `held_nodes` attaches the ends of rods, `rod_surfaces` evaluates their contacts, and `blueprint` assembles them over
+//! any number type. `recorded_ends` moves ends along recorded markers; `recorded_start`, with `recorded_pose` and
+//! `marker_place`, is the initial state by a recording.
 //!
 //! Output: [`StructureEquilibrium`] with stability (`equilibrium`), [`StructureModes`] (`modes`, rad/s), and
 //! [`StructureMotion`] with its [`StructureReport`] (`structure_motion`, `structure_report`, `structure_film`,

@@ -231,8 +231,8 @@ impl StructurePlan {
         Ok(())
     }
 
-    /// Rejects a rod with two free ends, unless it may touch something, or is the only rod and there is no body. Also rejects a body of
-    /// `[[bodies]]` that no joint connects to a rod. The error has the name of the first one.
+    /// Rejects a rod with two free ends, unless it may touch something, or is the only rod and there is no body. Also
+    /// rejects a body of `[[bodies]]` that no joint connects to a rod. The error has the name of the first one.
     fn check_connected(&self, scene: &StructureScene) -> Result<(), Error> {
         let touches = !(scene.contacts.is_empty() && scene.rod_contacts.is_empty());
         let several = !touches && (self.ends.len() > 1 || !scene.bodies.is_empty());

@@ -186,19 +186,39 @@ impl Modes {
         }
     }
 
+    /// The number of each mode among those of its kind and plane, by which a measured frequency with a `kind` names it;
+    /// none of free motions.
+    fn numbers_of_kind(&self) -> Vec<Option<usize>> {
+        let number = |k: usize| {
+            let own = &self.modes[k];
+            let is_alike = |other: &&Mode| {
+                other.number.is_some() && other.kind == own.kind && other.plane == own.plane
+            };
+            own.number.map(|_| self.modes[..=k].iter().filter(is_alike).count())
+        };
+        (0..self.modes.len()).map(number).collect()
+    }
+
     /// A table with a row per mode, in ascending order: frequency in Hz and rad/s, or for unstable modes the growth
     /// rate, 1/s; for flutter both. Then follow the direction relative to the plane (empty in space), the kind, and the
-    /// number (empty for free motions).
+    /// number (empty for free motions). Where that differs for any mode, the number among the modes of its kind
+    /// follows.
     fn table(&self) -> SummaryTable {
-        let mut table = SummaryTable::new([
+        let of_kind = self.numbers_of_kind();
+        let differs = self.modes.iter().zip(&of_kind).any(|(mode, own)| mode.number != *own);
+        let mut columns = vec![
             TextColumn::right("Hz"),
             TextColumn::right("rad/s"),
             TextColumn::right("growth rate, 1/s"),
             TextColumn::left("direction"),
             TextColumn::left("kind"),
             TextColumn::right("number"),
-        ]);
-        for mode in &self.modes {
+        ];
+        if differs {
+            columns.push(TextColumn::right("of its kind"));
+        }
+        let mut table = SummaryTable::new(columns);
+        for (mode, of_kind) in self.modes.iter().zip(of_kind) {
             let plane = match mode.plane {
                 Some(ModePlane::In) => "in plane",
                 Some(ModePlane::Out) => "out of plane",
@@ -213,8 +233,11 @@ impl Modes {
                     [number(w / TAU, DIGITS), number(w, DIGITS), growth]
                 }
             };
-            let counted = mode.number.map(|n| n.to_string()).unwrap_or_default();
-            table.row([hz, rad, growth, plane.into(), mode.kind.name().into(), counted]);
+            let text = |n: Option<usize>| n.map(|n| n.to_string()).unwrap_or_default();
+            let (plane, kind) = (plane.into(), mode.kind.name().into());
+            let mut row = vec![hz, rad, growth, plane, kind, text(mode.number)];
+            row.extend(differs.then(|| text(of_kind)));
+            table.row(row);
         }
         table
     }

@@ -38,7 +38,8 @@ fn bundle(dimension: &str) -> Structure {
     )
 }
 
-/// Gradient, tangent and factors of rods in contact with each other, against differences, dual numbers and dense matrices.
+/// Gradient, tangent and factors of rods in contact with each other, against differences, dual numbers and dense
+/// matrices.
 #[test]
 fn derivatives_of_touching_rods_agree_with_dual_numbers() {
     for dimension in DIMENSIONS {
@@ -61,8 +62,8 @@ fn derivatives_of_touching_rods_agree_with_dual_numbers() {
     }
 }
 
-/// A rod that is pinned at both ends above a stiff one lies on it: the axes are a diameter apart, and the force is that of
-/// a beam on a rigid support in its middle, `5/8 w L - 48 E I d/L^3`.
+/// A rod that is pinned at both ends above a stiff one lies on it: the axes are a diameter apart, and the force is that
+/// of a beam on a rigid support in its middle, `5/8 w L - 48 E I d/L^3`.
 #[test]
 fn crossed_rods_are_a_diameter_apart() {
     let (length, modulus, height) = (0.4, 2e9, 2.05 * RADIUS);
@@ -165,8 +166,8 @@ fn collision(step: f64, length: f64, gap: f64, keys: &str) -> Structure {
     )
 }
 
-/// The energy of rods that collide is kept with an error of second order, and the momentum of the falling rod changes by
-/// weight and contact force, which is opposite to that on the other rod.
+/// The energy of rods that collide is kept with an error of second order, and the momentum of the falling rod changes
+/// by weight and contact force, which is opposite to that on the other rod.
 #[test]
 fn collision_of_rods_keeps_the_energy() {
     let changes = [4e-4, 2e-4, 1e-4].map(|step| {

@@ -1,5 +1,5 @@
-//! Derivatives of the energy of two touching edges by hand against dual numbers and differences, its independence of the
-//! mesh, and the balance of its forces.
+//! Derivatives of the energy of two touching edges by hand against dual numbers and differences, its independence of
+//! the mesh, and the balance of its forces.
 
 use super::*;
 use crate::energy::autodiff::{self, ScalarFunction};

@@ -75,6 +75,7 @@ impl FitOutcome {
             converged: optimum.converged,
             identified,
             interrupted,
+            redundant: optimum.residuals.len() > optimum.x.len(),
             exit: &optimum.status,
             compares_experiments: compares_experiments(&assessment.estimates),
         };

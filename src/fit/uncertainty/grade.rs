@@ -19,6 +19,9 @@ use std::fmt;
 const MINOR: &str = "an effect that the scene omits explains a part of the residuals. It would change the estimates by less than \
                      their standard errors. Add it to the scene, or fit it (--extend)";
 
+/// Verdict where no residual can show an error of the model.
+const UNCHECKED: &str = "no more values than parameters: an error of the model cannot show";
+
 /// Grade of a result, the best first; in JSON in kebab case, as `refine-numerics`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
@@ -105,6 +108,8 @@ pub(crate) struct FitEnd<'a> {
     pub identified: bool,
     /// Whether it was stopped before all analyses were complete.
     pub interrupted: bool,
+    /// Whether there are more values than parameters, priors counted as values.
+    pub redundant: bool,
     /// Termination reason of the optimizer.
     pub exit: &'a str,
     /// Whether all intervals allow for the differences between experiments (cluster jackknife), so that a misfit does
@@ -156,6 +161,7 @@ impl Conclusion {
             _ => "converged".into(),
         };
         let verdict = match grade {
+            Grade::Trustworthy if !end.redundant => UNCHECKED.into(),
             Grade::Trustworthy => grade.to_string(),
             Grade::RefineNumerics => coarse_discretization(&warnings),
             Grade::CorrelatedOrMissing => correlated_or_missing(&warnings).into(),
@@ -270,8 +276,9 @@ mod tests {
 
     /// Conclusion of a converged fit.
     fn conclusion(warnings: Warnings, compares_experiments: bool) -> Conclusion {
-        let (converged, identified, interrupted, exit) = (true, true, false, "");
-        let end = FitEnd { converged, identified, interrupted, exit, compares_experiments };
+        let (converged, identified, interrupted, redundant, exit) = (true, true, false, true, "");
+        let end =
+            FitEnd { converged, identified, interrupted, redundant, exit, compares_experiments };
         Conclusion::new(end, &[], warnings)
     }
 
@@ -288,9 +295,17 @@ mod tests {
     #[test]
     fn interrupted_fit_with_a_worthless_warning_is_unusable() {
         let graded = |warnings: Warnings| {
-            let (converged, identified, interrupted, exit) = (true, true, true, "");
+            let (converged, identified, interrupted, redundant, exit) =
+                (true, true, true, true, "");
             let compares_experiments = false;
-            let end = FitEnd { converged, identified, interrupted, exit, compares_experiments };
+            let end = FitEnd {
+                converged,
+                identified,
+                interrupted,
+                redundant,
+                exit,
+                compares_experiments,
+            };
             Conclusion::new(end, &[], warnings)
         };
         assert_eq!(graded(Warnings::default()).grade, Grade::Interrupted);

@@ -1,4 +1,5 @@
-//! Contacts of rods with each other and with themselves: energy (J), gradient (N) and tangent (N/m) of all pairs of edges.
+//! Contacts of rods with each other and with themselves: energy (J), gradient (N) and tangent (N/m) of all pairs of
+//! edges.
 //!
 //! A [`ContactLaw`] has the stiffness of a contact, N/m^3, and the edges that may touch. Each [`TouchingEdge`] has its
 //! unknowns and arc lengths. Pairs are those whose boxes (edge and radius) overlap; a sweep along the axis with the
@@ -6,10 +7,10 @@
 //! the thicker edge, and edges near a common body by the same distance along both rods. Edges with a node that a body
 //! carries touch nothing. Energy and derivatives of a pair are those of [`edge_pair`](crate::energy::edge_pair).
 //!
-//! Input: unknowns `q` of the assembly with carried and fixed nodes at their places. `energy` is the sum, `add_gradient`
-//! adds its derivatives, and `add_tangent` adds the second ones: within an edge to the band of its rod, between edges to
-//! the [couplings](RodCouplings). Fixed nodes are left out of both. `passed` returns the first law with an edge that
-//! passes through another in a step, `deepest` the largest overlap.
+//! Input: unknowns `q` of the assembly with carried and fixed nodes at their places. `energy` is the sum,
+//! `add_gradient` adds its derivatives, and `add_tangent` adds the second ones: within an edge to the band of its rod,
+//! between edges to the [couplings](RodCouplings). Fixed nodes are left out of both. `passed` returns the first law
+//! with an edge that passes through another in a step, `deepest` the largest overlap.
 
 use crate::energy::edge_pair::{EdgePair, PairDerivatives};
 use crate::energy::swept_pair::{TwoEdges, passes_edge, segment_distance};
@@ -153,8 +154,8 @@ impl<D: Scalar> ContactPairs<D> {
         *self.placed.lock() = placed;
     }
 
-    /// The same contacts where the unknowns are the coordinates of the nodes of all rods, three per node, rod after rod.
-    /// `rods` are the ranges of their present unknowns.
+    /// The same contacts where the unknowns are the coordinates of the nodes of all rods, three per node, rod after
+    /// rod. `rods` are the ranges of their present unknowns.
     pub fn on_nodes(&self, rods: &[Range<usize>]) -> ContactPairs<f64> {
         let nodes = |rod: &Range<usize>| rod.len().div_ceil(self.stride);
         let law = |law: &ContactLaw<D>| {

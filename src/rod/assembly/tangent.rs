@@ -314,8 +314,9 @@ pub struct BorderedFactors<D: Scalar, T: Tangent<D>> {
 }
 
 impl<D: Scalar, T: Tangent<D>> BorderedFactors<D, T> {
-    /// Solves `A x = b` in place without the entries between rods in contact, for `R` right-hand sides (`x[i][r]` is row
-    /// `i` of number `r`), over all rows: the rods alone, then the bodies by the Schur complement, then the responses of the rods. Rows in gaps stay as they are.
+    /// Solves `A x = b` in place without the entries between rods in contact, for `R` right-hand sides (`x[i][r]` is
+    /// row `i` of number `r`), over all rows: the rods alone, then the bodies by the Schur complement, then the
+    /// responses of the rods. Rows in gaps stay as they are.
     fn solve_alone<E: RightHandSide<D>, const R: usize>(&self, x: &mut [[E; R]]) {
         let first = x.len() - self.schur.order();
         let (rods, bodies) = x.split_at_mut(first);

@@ -9,6 +9,7 @@
 //! ```
 //!
 //! with the covariance `V` of the [noise](crate::fit::uncertainty::noise::autocorrelation); `k` is the estimated size.
+//! Where white residuals are the estimate of `V`, it is that without the effect.
 //! It requires the derivative, and no fit. Where `|u|` is small the data cannot detect the effect, and a plausible size
 //! of it biases the parameters. One run has all derivatives. It is one of the full model where the search cost at least
 //! [`COST_OF_DERIVATIVES`] simulations or on request, else one of a coarse model. A corrected p-value on the coarse
@@ -304,7 +305,9 @@ impl TestedEffect {
         // change.
         let (product, is_one_sided) = (-direction.dot(residuals), self.effect.is_one_sided());
         let explained = if is_one_sided { product.max(0.0) } else { product.abs() };
-        let VarianceAlong { variance, degrees_of_freedom } = statistics.variance_along(&direction);
+        let VarianceAlong { variance, degrees_of_freedom } = statistics
+            .variance_along(&direction)
+            .without_effect(&direction, residuals, product, noise);
         // A second p-value, if the autocorrelation of the residuals is that of the noise and not of the effect.
         let correlated = correlations.variance_along(direction.as_slice(), noise);
         let fewest = correlations.fewest_degrees_of_freedom();

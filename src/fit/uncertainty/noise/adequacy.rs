@@ -21,6 +21,7 @@ use crate::fit::search::fitted::{Fitted, MeasuredResiduals};
 use crate::fit::uncertainty::noise::autocorrelation::NoiseModel;
 use crate::fit::uncertainty::noise::noise_scale::{CoordinateSamples, NoiseScale};
 use crate::fit::uncertainty::noise::residual_noise::ResidualNoise;
+use nalgebra::DVector;
 
 /// Probability that noise alone makes the residuals of any coordinate of a right model exceed its noise scale. Larger:
 /// smaller missing effects are found, with more false alarms.
@@ -64,6 +65,29 @@ pub(crate) struct VarianceAlong {
     pub variance: f64,
     /// Degrees of freedom of the variance; none where it is known.
     pub degrees_of_freedom: Option<f64>,
+}
+
+impl VarianceAlong {
+    /// The variance by the residuals that an effect leaves, where white residuals themselves are its estimate: else a
+    /// large effect would be noise in its own test. The effect changes them by a multiple of `direction`, `u`, with
+    /// `product` as `|u.r|`. Of the `nu` degrees of freedom it uses one: the test statistic is then Student's t of a
+    /// regression with the effect. Otherwise unchanged.
+    pub fn without_effect(
+        self,
+        direction: &DVector<f64>,
+        residuals: &DVector<f64>,
+        product: f64,
+        noise: &ResidualNoise,
+    ) -> Self {
+        let square = direction.norm_squared();
+        let white = noise.variance * square;
+        let is_white = (self.variance - white).abs() <= 1e-9 * white;
+        let freedom = noise.degrees_of_freedom.filter(|freedom| is_white && *freedom >= 2.0);
+        let Some(freedom) = freedom else { return self };
+        let share = product * product / square / residuals.norm_squared();
+        let left = (1.0 - share).max(f64::EPSILON) * freedom / (freedom - 1.0);
+        Self { variance: self.variance * left, degrees_of_freedom: Some(freedom - 1.0) }
+    }
 }
 
 /// Whether a stated `sigma` differs from the `scatter` of the data, in the same unit, by more than a factor of
