@@ -32,13 +32,13 @@ bordered boundary branch_relaxation break_points buckling buckling_form budget c
 camera camera_needs campaign candidate_designs card
 carried_velocities carrying cases changes chart check checkpoints
 closed_forms cluster_jackknife coarse code coefficients collect columns combinations combined
-command comparison compute constant_axes contact contact_loss contact_losses contacts contributions
+command comparison compute constant_axes contact contact_loss contact_losses contacts contact_pairs contributions
 convergence conversion coordinate_series correlation coupling
 covariance coverage_factor critical_load csv
-csv_table curved_joints damping data data_precheck dataset dead_load dead_moment definition density
+csv_table curved_joints damping data data_precheck dataset dead_load dead_moment definition dense_lu density
 descent design determined_groups diagnostics dial_gauge_effects difference directions director_axes discrepancy
 discrete discretization displacement_driven display drag drag_forces drawing draws duplicates
-dynamics edge_contact edge_coordinates edge_tie edges effects element elimination energy
+dynamics edge_contact edge_pair edge_coordinates edge_tie edges effects element elimination energy
 energy_balance entries envelope envelope_lu equilibrium equilibrium_derivatives error errors
 estimate estimate_table estimated_weights experiment experiment_effect experiment_estimates experiment_form explain
 export extend extra extrapolation faults field figure file film find_equilibrium findings
@@ -70,7 +70,7 @@ quoted random_states ranking rate rates reaction reading record recorded recorde
 recorded_motion recorded_point recorded_pose recorded_reactions recorded_start recordings reduction
 reference_stiffness reference_strains refined_residuals refinement relinearize remesh renamed_keys
 repeat repeated_frames replay report required resampling residual_acceptance residual_noise
-residual_tests residuals resolution resolved rest rest_line rod rod_sizes rodas4 rosenbrock
+residual_tests residuals resolution resolved rest rest_line rod rod_contact rod_couplings rod_sizes rod_surfaces rodas4 rosenbrock
 rotating_bodies rotation rotation_readings rotational_inertia rounding route_length row run sampled
 sampler samples save scalar scaled scan scene scene_catalog scene_file scene_notes schema scheme
 scheme_support score_tests search secant_stiffness section section_profile sensitivity
@@ -84,7 +84,7 @@ stopwatch store strain stretch structure structure_catalog structure_effects str
 structure_file structure_film structure_frequencies structure_motion structure_places
 structure_point structure_problem structure_recording structure_report structure_run structure_shape
 structure_support structure_warnings study style substitution summaries summary support supports
-sweep sweeps swept_edge synthetic_data table table_keys tangent taper target tendon tensions
+sweep sweeps swept_edge swept_pair synthetic_data table table_keys tangent taper target tendon tensions
 term_bound terminal tested_effects tests text_cell thickness time timed_forces timed_loads timing
 timoshenko tolerance track track_defect trajectory transposed trial tributary trigonometry tuning
 uncertainty undetected_bias unknown unstable_state usable_rows usd validate validation
