@@ -71,6 +71,8 @@ codes! {
     // Parameters that the data of a fit do not determine.
     Structural "structural",
     Practical "practical",
+    NearCopy "near-copy",
+    UnequalNoise "unequal-noise",
     // Problems of a fit.
     NoMotion "no-motion" formerly "nothing-moves",
     FarStart "far-start",

@@ -57,7 +57,7 @@ measurement measurement_tables measures member member_factors mesh
 method_intervals method_table minimum
 minimum_comparison misfit missing_keys mode mode_numbers model model_with_setup modes moments
 momentum motion motion_rate moved_obstacles moving mujoco name natural_turn nearest neighbors
-neutral_equilibrium newton nodal node_history noise noise_scale nonlinear nonlinear_bending number
+neutral_equilibrium newton nodal node_history noise noise_comparison noise_scale nonlinear nonlinear_bending number
 numbers numerics observation_form observation_row observed_experiment observed_information
 observed_nodes obstacle_motion obstacles omitted_effects one_sided_bound onset operators optimum
 out_of_line outcome outlying_experiments output overlap overlay overlay_run own page parameter
