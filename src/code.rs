@@ -145,6 +145,7 @@ codes! {
     // Problems of equilibria and of derivatives.
     Frictionless "frictionless",
     NoLoadAtTime "no-load-at-time",
+    CoarseMesh "coarse-mesh",
     Unstable "unstable",
     Marginal "marginal",
     UnstableState "unstable-state",
