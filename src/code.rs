@@ -71,6 +71,8 @@ codes! {
     // Parameters that the data of a fit do not determine.
     Structural "structural",
     Practical "practical",
+    NearCopy "near-copy",
+    UnequalNoise "unequal-noise",
     // Problems of a fit.
     NoMotion "no-motion" formerly "nothing-moves",
     FarStart "far-start",
@@ -143,6 +145,7 @@ codes! {
     // Problems of equilibria and of derivatives.
     Frictionless "frictionless",
     NoLoadAtTime "no-load-at-time",
+    CoarseMesh "coarse-mesh",
     Unstable "unstable",
     Marginal "marginal",
     UnstableState "unstable-state",

@@ -49,9 +49,9 @@ class _Table:
 
 class Equilibrium(_Table):
     """A rod at rest: ``nodes`` (m), ``tip`` (m), ``stable``, ``stable_in_plane``, ``energies`` (J), ``reactions``
-    (N, N m)."""
+    (N, N m), and ``mesh_error`` of a given mesh (``displacement`` in m, ``relative``)."""
 
-    _absent = {"stable_in_plane": None, "resolution": None, "warnings": (), "warning_codes": ()}
+    _absent = {"stable_in_plane": None, "resolution": None, "mesh_error": None, "warnings": (), "warning_codes": ()}
 
     @property
     def stable(self) -> bool | None:

@@ -10,7 +10,7 @@ use pyo3::prelude::*;
 use rodfit::accuracy::{RunCheck, simulate_checked};
 use rodfit::problem::ParameterList;
 use rodfit::vibration::LinearizationPoint;
-use rodfit::{Parameter, Problem, Trajectory};
+use rodfit::{Error, Parameter, Problem, Trajectory};
 
 /// A scene, read and validated.
 #[pyclass(frozen, name = "Scene", module = "rodfit._rodfit")]
@@ -132,8 +132,12 @@ impl PyScene {
 
     /// The equilibrium of the rod under its loads, with its stability, as JSON; an error if none is found.
     fn equilibrium(&self, py: Python<'_>) -> PyResult<String> {
-        let found = py.detach(|| self.problem.equilibrium());
-        to_json(py, &found.map_err(|error| raised(py, error))?)
+        let find = || {
+            let mut found = self.problem.equilibrium()?;
+            self.problem.add_mesh_error(&mut found);
+            Ok(found)
+        };
+        to_json(py, &py.detach(find).map_err(|error: Error| raised(py, error))?)
     }
 
     /// The rod as the text of a file for another program (`mujoco`, `pyelastica`, `usd` or `csv`), and notes on what it
@@ -146,7 +150,11 @@ impl PyScene {
 
     /// The `count` lowest modes of vibration about the equilibrium, as JSON.
     fn modes(&self, py: Python<'_>, count: usize) -> PyResult<String> {
-        let found = py.detach(|| self.problem.modes(count, LinearizationPoint::Equilibrium));
-        to_json(py, &found.map_err(|error| raised(py, error))?)
+        let find = || {
+            let mut found = self.problem.modes(count, LinearizationPoint::Equilibrium)?;
+            self.problem.add_mesh_errors(count, &mut found);
+            Ok(found)
+        };
+        to_json(py, &py.detach(find).map_err(|error: Error| raised(py, error))?)
     }
 }

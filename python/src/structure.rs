@@ -160,13 +160,21 @@ impl PyStructure {
 
     /// The equilibrium of the structure under its loads, with its stability, as JSON; an error if none is found.
     fn equilibrium(&self, py: Python<'_>) -> PyResult<String> {
-        let found = py.detach(|| self.structure.equilibrium());
-        to_json(py, &found.map_err(|error| raised(py, error))?)
+        let find = || {
+            let mut found = self.structure.equilibrium()?;
+            self.structure.add_mesh_error(&mut found);
+            Ok(found)
+        };
+        to_json(py, &py.detach(find).map_err(|error: Error| raised(py, error))?)
     }
 
     /// The `count` lowest modes of vibration about the equilibrium, as JSON.
     fn modes(&self, py: Python<'_>, count: usize) -> PyResult<String> {
-        let found = py.detach(|| self.structure.modes(count, false));
-        to_json(py, &found.map_err(|error| raised(py, error))?)
+        let find = || {
+            let mut found = self.structure.modes(count, false)?;
+            self.structure.add_mesh_errors(count, false, &mut found);
+            Ok(found)
+        };
+        to_json(py, &py.detach(find).map_err(|error: Error| raised(py, error))?)
     }
 }

@@ -163,6 +163,7 @@ def test_equilibrium_and_modes_equal_the_command(scene: rodfit.Scene) -> None:
     assert len(modes.frequencies_hz) >= 4 and modes.frequencies_hz[0] > 0
     assert rest.tip.shape == (3,) and rest.stable is True
     assert rest.warnings is not None and modes.resolution is None
+    assert rest.mesh_error is None or rest.mesh_error["displacement"] > 0
 
 
 def test_stability_of_a_planar_scene_without_shear_modulus() -> None:

@@ -6,7 +6,8 @@
 //! the least work that reach the requested error by extrapolation are chosen (`refinement`; `rodas4` as an alternative
 //! scheme), or the most accurate ones within limits of work. The chosen run is compared with the last trial run, and
 //! repeated with finer numerics where it disagrees or fails (`check`). Equilibria and modes need a mesh only, which is
-//! doubled until the extrapolated error suffices (`static_mesh`).
+//! doubled until the extrapolated error suffices (`static_mesh`). If the scene gives the mesh, its error is estimated
+//! from another one (`given_mesh`, and `structure_mesh` for structures).
 //!
 //! Output: a [`Problem`] with these numerics and the estimated error ([`Scene::problem`]; [`Scene::problem_for`] for a
 //! stated calculation), and the check of its run ([`Scene::checked_problem`]). Numerics that the scene gives are kept.
@@ -19,11 +20,14 @@ mod calculation;
 mod check;
 mod difference;
 mod extrapolation;
+mod given_mesh;
+mod mesh_comparison;
 mod motion;
 mod refinement;
 mod rodas4;
 mod samples;
 mod static_mesh;
+mod structure_mesh;
 mod trial;
 mod tuning;
 

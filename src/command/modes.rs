@@ -2,10 +2,11 @@
 //!
 //! They are those of small vibrations about the equilibrium under the loads, or about the rest shape (`--rest`), of the
 //! slender rod, without shear deformation and rotary inertia. `--count` is their number (10; 1 to 200), for which the
-//! mesh of one rod is chosen if the scene leaves it open. Those of a planar scene are in its plane, and also out of it
-//! if one rod has a torsional stiffness and no moments. All unstable modes of one rod are listed too (up to 200 in
-//! either plane), with their growth rates; of a structure those among the requested number. Output is a text, and JSON
-//! if requested; the exit code is 0 also with unstable modes, or that of an output that cannot be written.
+//! mesh of one rod is chosen if the scene leaves it open; the error of a given mesh is estimated. Those of a planar
+//! scene are in its plane, and also out of it if one rod has a torsional stiffness and no moments. All unstable modes
+//! of one rod are listed too (up to 200 in either plane), with their growth rates; of a structure those among the
+//! requested number. Output is a text, and JSON if requested; the exit code is 0 also with unstable modes, or that of
+//! an output that cannot be written.
 
 use crate::command::output::Outputs;
 use crate::command::{GlobalOptions, JsonOption, chosen_mesh, limits, structure};
@@ -47,6 +48,7 @@ pub fn run(options: &ModesOptions, global: GlobalOptions) -> Result<u8, Error> {
     let problem = scene.problem_for(Calculation::Modes(count))?;
     let mut found = problem.modes(count, about)?;
     found.resolution = chosen_mesh(&problem);
+    problem.add_mesh_errors(count, &mut found);
     let summary = found.summary().with_subject(options.scene.display());
     Ok(outputs.finish(0, &found, None, &summary))
 }

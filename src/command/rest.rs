@@ -1,9 +1,9 @@
 //! `rodfit static`: the equilibrium of a scene or a structure under its loads, and its stability.
 //!
-//! The mesh is that of the scene, or for one rod chosen for the equilibrium if the scene leaves it open. An unstable
-//! equilibrium is a result with exit code 0 too; one that is not found is an error. Output is a text, a report
-//! (`--json`) and the positions of all nodes (`--out`, CSV) if requested. The exit code is otherwise 0, or that of an
-//! output that cannot be written.
+//! The mesh is that of the scene, whose error is then estimated, or for one rod chosen for the equilibrium if the scene
+//! leaves it open. An unstable equilibrium is a result with exit code 0 too; one that is not found is an error. Output
+//! is a text, a report (`--json`) and the positions of all nodes (`--out`, CSV) if requested. The exit code is
+//! otherwise 0, or that of an output that cannot be written.
 
 use crate::command::output::Outputs;
 use crate::command::{GlobalOptions, JsonOption, chosen_mesh, conclude, limits, structure};
@@ -40,6 +40,7 @@ pub fn run(options: &StaticOptions, global: GlobalOptions) -> Result<u8, Error> 
     let problem = scene.problem_for(Calculation::Rest)?;
     let mut found = problem.equilibrium()?;
     found.resolution = chosen_mesh(&problem);
+    problem.add_mesh_error(&mut found);
     let table = outputs.write(out, || Ok(shape_csv(&problem, &found.nodes)?.into_bytes()));
     let summary = found.summary().with_subject(options.scene.display());
     Ok(conclude(outputs.finish(0, &found, None, &summary), [table]))

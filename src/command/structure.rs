@@ -104,7 +104,8 @@ pub fn rest(
     let mut outputs = Outputs::new(&options.json, global);
     let out = outputs.add("--out", options.out.as_deref());
     outputs.check(&structure.scene().files())?;
-    let found = structure.equilibrium()?;
+    let mut found = structure.equilibrium()?;
+    structure.add_mesh_error(&mut found);
     let table = outputs.write(out, || Ok(found.shape.to_csv().into_bytes()));
     let warnings = structure.equilibrium_warnings(&found);
     let summary = found.summary().warnings(&warnings).naming_warnings();
@@ -122,7 +123,9 @@ pub fn modes(
 ) -> Result<u8, Error> {
     let structure = Structure::new(scene)?;
     let outputs = Outputs::with_json(&options.json, &structure.scene().files(), global)?;
-    let found = structure.modes(usize::from(options.count), options.rest)?;
+    let count = usize::from(options.count);
+    let mut found = structure.modes(count, options.rest)?;
+    structure.add_mesh_errors(count, options.rest, &mut found);
     let summary = found.summary().with_subject(options.scene.display());
     Ok(outputs.finish(0, &found, None, &summary))
 }

@@ -54,6 +54,11 @@ impl Problem {
         &self.mesh.arc_length
     }
 
+    /// Positions of all nodes in the rest shape of the scene, m.
+    pub(crate) fn rest_nodes(&self) -> &[[f64; 3]] {
+        &self.mesh.nodes
+    }
+
     /// Arc length of a point from the wall, m; an arc length itself is returned unchanged.
     ///
     /// # Errors

@@ -20,6 +20,7 @@ use crate::problem::{AnyProblem, Discretized, Problem, Purpose};
 use crate::rod::State;
 use crate::rod::{Energies, Rod};
 use crate::scene::Resolution;
+use crate::statics::mesh_error::MeshError;
 use crate::statics::pencil::{Pencil, spatial_motion};
 use crate::statics::reaction::Reactions;
 use crate::statics::stability::Stability;
@@ -64,7 +65,12 @@ pub struct Equilibrium {
     /// The mesh that the command chose, and its error; absent for a stated mesh.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub resolution: Option<Resolution>,
-    /// Reasons to doubt the result: implausible values (other units than SI), no gravity, large strains, deep contacts.
+    /// Estimated error of a mesh that the scene gives; absent for a mesh that the program chose, and without an
+    /// estimate ([`Problem::add_mesh_error`]).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub mesh_error: Option<MeshError>,
+    /// Reasons to doubt the result: a coarse mesh, implausible values (other units than SI), no gravity, large strains,
+    /// deep contacts.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub warnings: Vec<String>,
     /// The codes of the warnings, in their order.
@@ -96,7 +102,7 @@ impl Equilibrium {
     /// The result as text for a terminal. Headline: stable, stable in its plane only, not examined (loads without a
     /// potential), marginal, or unstable with the number of directions; marginal and unstable ones have a code. Below
     /// it tip (m), energy (J), warnings (that of a coarse mesh first) and model. Then numerics if the command chose or
-    /// checked them, and a line with Newton iterations and residual (N).
+    /// checked them, or the estimated error of a given mesh, and a line with Newton iterations and residual (N).
     pub fn summary(&self) -> Summary {
         let directions = |n: usize| match n {
             1 => "1 unstable direction".to_string(),
@@ -143,6 +149,9 @@ impl Equilibrium {
             .fact("Model", &self.model);
         if let Some(resolution) = resolution {
             summary = summary.fact("Numerics", resolution.words_over("the length"));
+        }
+        if let Some(error) = &self.mesh_error {
+            summary = summary.fact("Mesh", error.fact());
         }
         let text = format!(
             "Newton iterations: {}, residual {:.1e} N",
@@ -247,6 +256,7 @@ fn model_equilibrium<M: Model>(
         reactions,
         nodes,
         resolution: None,
+        mesh_error: None,
         warnings: warnings.iter().map(|(code, words)| code.behind(words)).collect(),
         warning_codes: warnings.iter().map(|(code, _)| *code).collect(),
     })

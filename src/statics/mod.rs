@@ -18,6 +18,7 @@ mod equilibrium;
 mod equilibrium_derivatives;
 mod find_equilibrium;
 mod lowest_eigenvalues;
+mod mesh_error;
 mod neutral_equilibrium;
 mod pencil;
 mod reaction;
@@ -34,6 +35,7 @@ pub(crate) use equilibrium_derivatives::{
     CheckedEquilibrium, EquilibriumOutputs, EquilibriumRequest,
 };
 pub(crate) use lowest_eigenvalues::PencilMode;
+pub use mesh_error::MeshError;
 pub(crate) use pencil::{OutOfPlaneTangent, Pencil, spatial_motion};
 pub(crate) use reaction::ReactionModel;
 pub use reaction::{Reaction, Reactions};

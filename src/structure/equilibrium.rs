@@ -17,7 +17,7 @@ use crate::error::Error;
 use crate::rod::assembly::AssemblyFrames;
 use crate::rod::{Energies, Rod};
 use crate::scene::{Scene, Support};
-use crate::statics::{Descent, DescentSettings, EquilibriumState, Pencil};
+use crate::statics::{Descent, DescentSettings, EquilibriumState, MeshError, Pencil};
 use crate::structure::definition::Structure;
 use crate::structure::structure_shape::StructureShape;
 use crate::summary::{Summary, Tone};
@@ -52,6 +52,12 @@ pub struct StructureEquilibrium {
     pub newton_iterations: usize,
     /// Largest unbalanced force, N.
     pub residual: f64,
+    /// Estimated error of the mesh; absent without an estimate ([`Structure::add_mesh_error`]).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub mesh_error: Option<MeshError>,
+    /// Reasons to doubt the mesh.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub warnings: Vec<String>,
 }
 
 /// Largest displacement of a recorded end per stage of an equilibrium, as a fraction of the length of the structure.
@@ -93,6 +99,8 @@ impl Structure {
             marginal_directions,
             newton_iterations: found.newton_iterations,
             residual: found.residual,
+            mesh_error: None,
+            warnings: Vec::new(),
         })
     }
 
@@ -194,9 +202,9 @@ impl Structure {
 }
 
 impl StructureEquilibrium {
-    /// The result as text for a terminal: stability, the end of each rod, m, energy, J, iterations and residual, N. In
-    /// a plane a stable equilibrium has the note that motions out of it are not examined. A marginal or unstable
-    /// equilibrium has its code.
+    /// The result as text for a terminal: stability, the end of each rod, m, energy, J, the estimated error of the
+    /// mesh, iterations and residual, N. In a plane a stable equilibrium has the note that motions out of it are not
+    /// examined. A marginal or unstable equilibrium has its code.
     pub fn summary(&self) -> Summary {
         let summary = match [self.negative_directions, self.marginal_directions] {
             [0, 0] if self.stable == Some(true) => Summary::new("stable equilibrium", Tone::Good),
@@ -223,12 +231,14 @@ impl StructureEquilibrium {
             "Newton iterations: {}, residual {:.1e} N",
             self.newton_iterations, self.residual
         );
-        summary
-            .fact("Tips", tips.collect::<Vec<_>>().join(", "))
-            .fact(
-                "Energy",
-                format!("{:.6e} J (elastic energy and potential of the loads)", self.energy),
-            )
-            .fact("Solution", work)
+        let summary = summary.fact("Tips", tips.collect::<Vec<_>>().join(", ")).fact(
+            "Energy",
+            format!("{:.6e} J (elastic energy and potential of the loads)", self.energy),
+        );
+        let summary = match &self.mesh_error {
+            Some(error) => summary.fact("Mesh", error.fact()),
+            None => summary,
+        };
+        summary.fact("Solution", work)
     }
 }

@@ -19,7 +19,7 @@ use crate::scene::number::Quantity;
 use crate::statics::PencilMode;
 use crate::structure::blueprint::AssemblyAtRest;
 use crate::structure::definition::{NEGLIGIBLE, Structure};
-use crate::summary::quantity::number;
+use crate::summary::quantity::{number, signed_percent};
 use crate::summary::{Summary, SummaryTable, TextColumn, Tone};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -41,6 +41,10 @@ const MOST_FREE_MOTIONS: usize = 9;
 pub struct StructureMode {
     /// Angular frequency, rad/s; for an unstable mode minus its growth rate, 1/s; zero without resistance.
     pub frequency_rad_s: f64,
+    /// Estimated relative error of the frequency by the mesh, negative if the frequency is too low. Absent for a motion
+    /// without resistance, and without an estimate ([`Structure::add_mesh_errors`]).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub mesh_error: Option<f64>,
     /// Displacement of every node of every rod in world axes; the largest is 1.
     pub shapes: BTreeMap<String, Vec<[f64; 3]>>,
 }
@@ -155,7 +159,8 @@ impl Structure {
             let length = |x: &[f64; 3]| (x[0] * x[0] + x[1] * x[1] + x[2] * x[2]).sqrt();
             let largest = shapes.values().flatten().map(length).fold(f64::MIN_POSITIVE, f64::max);
             shapes.values_mut().flatten().flatten().for_each(|x| *x /= largest);
-            StructureMode { frequency_rad_s: squared.signum() * squared.abs().sqrt(), shapes }
+            let frequency_rad_s = squared.signum() * squared.abs().sqrt();
+            StructureMode { frequency_rad_s, mesh_error: None, shapes }
         });
         let in_space = self.at_rest.assembly.is_spatial();
         Ok(StructureModes { modes: modes.collect(), in_space, warnings })
@@ -164,7 +169,8 @@ impl Structure {
 
 impl StructureModes {
     /// The result as text for a terminal: the number of modes, or of unstable ones among them, and a table. It has a
-    /// row per mode with frequency in Hz and rad/s, or for an unstable one the growth rate, 1/s. Warnings follow.
+    /// row per mode with frequency in Hz and rad/s, or for an unstable one the growth rate, 1/s, and the estimated
+    /// error of the mesh. Warnings follow.
     pub fn summary(&self) -> Summary {
         let unstable = self.modes.iter().filter(|mode| mode.frequency_rad_s < 0.0).count();
         let count = self.modes.len();
@@ -173,12 +179,14 @@ impl StructureModes {
             0 => Summary::new(format!("{count} natural frequencies in the plane"), Tone::Good),
             n => Summary::new(format!("unstable: {n} of {count} modes grow"), Tone::Bad),
         };
-        let mut table =
-            SummaryTable::new(["Hz", "rad/s", "growth rate, 1/s"].map(TextColumn::right));
-        for StructureMode { frequency_rad_s: w, .. } in &self.modes {
+        let mut table = SummaryTable::new(
+            ["Hz", "rad/s", "growth rate, 1/s", "mesh error"].map(TextColumn::right),
+        );
+        for StructureMode { frequency_rad_s: w, mesh_error, .. } in &self.modes {
+            let error = mesh_error.map(signed_percent).unwrap_or_default();
             table.row(match *w < 0.0 {
-                true => [String::new(), "unstable".into(), number(-w, DIGITS)],
-                false => [number(w / TAU, DIGITS), number(*w, DIGITS), String::new()],
+                true => [String::new(), "unstable".into(), number(-w, DIGITS), error],
+                false => [number(w / TAU, DIGITS), number(*w, DIGITS), String::new(), error],
             });
         }
         summary.table("", table).warnings(&self.warnings).naming_warnings()

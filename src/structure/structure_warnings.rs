@@ -174,14 +174,16 @@ impl Structure {
         ignored_friction(&self.scene.contacts).map(|words| (Code::Frictionless, words))
     }
 
-    /// Warnings of an equilibrium of this structure, each with its code in brackets at the end: implausible units,
-    /// large strains and deep contacts of its rods, and contacts whose friction is left out.
+    /// Warnings of an equilibrium of this structure, each with its code in brackets at the end: those of its mesh that
+    /// it already has, implausible units, large strains and deep contacts of its rods, and contacts whose friction is
+    /// left out.
     pub fn equilibrium_warnings(&self, found: &StructureEquilibrium) -> Vec<String> {
         let mut extremes = self.extremes();
         extremes.add(&found.shape, None);
         let warnings = self.unit_warnings().into_iter().chain(extremes.warnings(false));
         let warnings = warnings.chain(self.frictionless_warning());
-        warnings.map(|(code, words)| code.behind(words)).collect()
+        let warnings = warnings.map(|(code, words)| code.behind(words));
+        found.warnings.iter().cloned().chain(warnings).collect()
     }
 
     /// The problem of one rod alone, in the plane of the structure, in which its gravity then is with the same size, or

@@ -67,6 +67,12 @@ pub(crate) fn p_value(p: f64) -> String {
     }
 }
 
+/// A relative error as text, in per cent with its sign and two significant digits: `-9.1 %`.
+pub(crate) fn signed_percent(error: f64) -> String {
+    let sign = if error < 0.0 { "-" } else { "+" };
+    format!("{sign}{} %", number(100.0 * error.abs(), 2))
+}
+
 /// A count with its noun, which gets the plural s unless the count is 1: `3 edges`.
 pub(crate) fn counted(n: usize, noun: &str) -> String {
     format!("{n} {noun}{}", if n == 1 { "" } else { "s" })

@@ -10,7 +10,7 @@
 
 use crate::code::Code;
 use crate::scene::Resolution;
-use crate::summary::quantity::{self, number};
+use crate::summary::quantity::{self, number, signed_percent};
 use crate::summary::{Summary, SummaryTable, TextColumn, Tone};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
@@ -85,6 +85,11 @@ pub struct Mode {
     pub plane: Option<ModePlane>,
     /// Dominant deformation.
     pub kind: ModeKind,
+    /// Estimated relative error of the frequency by a mesh that the scene gives, negative if the frequency is too low.
+    /// Absent for a mesh that the program chose, for free motions, and without an estimate
+    /// ([`Problem::add_mesh_errors`](crate::Problem::add_mesh_errors)).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub mesh_error: Option<f64>,
     /// Number among the modes of its plane, from 1 on, as measured frequencies name it; absent for free motions.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub number: Option<usize>,
@@ -123,7 +128,7 @@ pub struct Modes {
     /// The mesh that the command chose, and the relative error of a frequency; absent for a stated mesh.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub resolution: Option<Resolution>,
-    /// Reasons to doubt the result: values that suggest other units than SI.
+    /// Reasons to doubt the result: a coarse mesh, values that suggest other units than SI, large strains.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub warnings: Vec<String>,
     /// The codes of the warnings, in their order.
@@ -200,9 +205,9 @@ impl Modes {
     }
 
     /// A table with a row per mode, in ascending order: frequency in Hz and rad/s, or for unstable modes the growth
-    /// rate, 1/s; for flutter both. Then follow the direction relative to the plane (empty in space), the kind, and the
-    /// number (empty for free motions). Where that differs for any mode, the number among the modes of its kind
-    /// follows.
+    /// rate, 1/s; for flutter both. Then follow the estimated error of a given mesh, the direction relative to the
+    /// plane (empty in space), the kind, and the number (empty for free motions). Where that differs for any mode, the
+    /// number among the modes of its kind follows.
     fn table(&self) -> SummaryTable {
         let of_kind = self.numbers_of_kind();
         let differs = self.modes.iter().zip(&of_kind).any(|(mode, own)| mode.number != *own);
@@ -210,6 +215,7 @@ impl Modes {
             TextColumn::right("Hz"),
             TextColumn::right("rad/s"),
             TextColumn::right("growth rate, 1/s"),
+            TextColumn::right("mesh error"),
             TextColumn::left("direction"),
             TextColumn::left("kind"),
             TextColumn::right("number"),
@@ -233,9 +239,10 @@ impl Modes {
                     [number(w / TAU, DIGITS), number(w, DIGITS), growth]
                 }
             };
+            let error = mode.mesh_error.map(signed_percent).unwrap_or_default();
             let text = |n: Option<usize>| n.map(|n| n.to_string()).unwrap_or_default();
             let (plane, kind) = (plane.into(), mode.kind.name().into());
-            let mut row = vec![hz, rad, growth, plane, kind, text(mode.number)];
+            let mut row = vec![hz, rad, growth, error, plane, kind, text(mode.number)];
             row.extend(differs.then(|| text(of_kind)));
             table.row(row);
         }

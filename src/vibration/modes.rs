@@ -385,6 +385,7 @@ impl<M: Model, T: Tangent<f64>> VibratingRod<'_, M, T> {
             modes.push(Mode {
                 frequency_rad_s: pair.frequency(),
                 growth_rate_1_s: None,
+                mesh_error: None,
                 plane: self.plane,
                 kind: pair.kind,
                 number: (!pair.is_free()).then_some(number),
@@ -413,6 +414,7 @@ impl<M: Model, T: Tangent<f64>> VibratingRod<'_, M, T> {
             modes.push(Mode {
                 frequency_rad_s: frequency,
                 growth_rate_1_s: Some(growth_rate),
+                mesh_error: None,
                 plane: self.plane,
                 kind,
                 number: (!is_free).then_some(number),

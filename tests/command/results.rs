@@ -157,6 +157,36 @@ fn check_of_a_shipped_scene_agrees() {
     }
 }
 
+/// A given mesh has an estimated error, and a coarse one a warning in the first line.
+#[test]
+fn coarse_given_mesh_is_reported_by_static_and_modes() {
+    let folder = Folder::new();
+    let with = |segments: &str| change("segments = 20", segments);
+    for (segments, warned) in [("segments = 4", true), ("segments = 40", false)] {
+        folder.write("scene.toml", &with(segments));
+        for command in [&["static"][..], &["modes", "--count", "3"]] {
+            let ran = folder.run(&[command, &["scene.toml", "--json", "still.json"]].concat());
+            succeeds(&ran);
+            let (text, json) = (stdout(&ran), folder.json("still.json"));
+            let first = text.lines().next().unwrap();
+            assert_eq!(first.contains("coarse-mesh"), warned, "{text}");
+            let codes = json["warning_codes"].as_array().cloned().unwrap_or_default();
+            assert_eq!(codes.contains(&"coarse-mesh".into()), warned, "{json}");
+            assert_eq!(words(&text).contains("Use rod.segments = "), warned, "{text}");
+            match command[0] {
+                "static" => {
+                    assert!(words(&text).contains("as given; estimated error "), "{text}");
+                    assert!(json["mesh_error"]["displacement"].as_f64().unwrap() > 0.0, "{json}");
+                }
+                _ => {
+                    assert!(text.contains("mesh error"), "{text}");
+                    assert!(json["modes"][0]["mesh_error"].as_f64().is_some(), "{json}");
+                }
+            }
+        }
+    }
+}
+
 /// Where the rod hangs, and how it vibrates there.
 #[test]
 fn static_and_modes_write_all_outputs() {

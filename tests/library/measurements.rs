@@ -155,7 +155,10 @@ fn user_defined_measurement_is_fitted_with_others() {
         refused(Fit::new(&problem).observe(gauge).identify(Parameter::Density).solve())
     };
     let late = refuse(Gauge::over_time("late", "rad", TipAngle, &[(0.05, 0.0), (0.2, 0.0)], 1.0));
-    assert_eq!(late[..2], ["late", "other times"]);
+    assert_eq!(late[..2], ["late", "t = 0.2 s"]);
+    let back = [(0.02, 0.0), (0.03, 0.0), (0.01, 0.0)];
+    let unordered = refuse(Gauge::over_time("back", "rad", TipAngle, &back, 1.0));
+    assert_eq!(unordered[..2], ["back", "t = 0.01 s after 0.03 s"]);
     #[derive(Debug)]
     struct Beyond;
     impl Observable for Beyond {

@@ -45,7 +45,7 @@ export extend extra extrapolation faults field figure file film find_equilibrium
 finite_difference fit fit_name fit_pattern fit_run fit_statistics fit_summary fitted follower_load
 follower_loads follower_modes foot_point force_rates forces form former_names former_results
 forward_derivatives forward_sensitivity frame frame_products frames free_run frequencies
-frequencies_form gauge gauss_newton generate geometry grade grid gripper_frame gripper_pose hash
+frequencies_form gauge gauss_newton generate geometry given_mesh grade grid gripper_frame gripper_pose hash
 held_nodes hermite hessian hints history html hyperelastic hyperelastic_stretch identifiability
 image image_file image_form image_name image_overlay image_placement inertia init initial
 initial_sigmas input input_changes input_directions input_errors input_sensitivities inspect
@@ -53,11 +53,11 @@ inspection inspection_summary job_script joined_rods joint joint_law journal kno
 largest_step law layout ldlt levenberg_marquardt limit limits line_loads line_search linearization
 linearized links lists load_cell_effects load_deflection load_deflection_form loads local_analysis local_minima loss
 low_pass lowest_eigenvalues lu marker marker_place mass material maxwell mean_rotation mean_stretch measured_run
-measurement measurement_tables measures member member_factors mesh
+measurement measurement_tables measures member member_factors mesh mesh_comparison mesh_error
 method_intervals method_table minimum
 minimum_comparison misfit missing_keys mode mode_numbers model model_with_setup modes moments
 momentum motion motion_rate moved_obstacles moving mujoco name natural_turn nearest neighbors
-neutral_equilibrium newton nodal node_history noise noise_scale nonlinear nonlinear_bending number
+neutral_equilibrium newton nodal node_history noise noise_comparison noise_scale nonlinear nonlinear_bending number
 numbers numerics observation_form observation_row observed_experiment observed_information
 observed_nodes obstacle_motion obstacles omitted_effects one_sided_bound onset operators optimum
 out_of_line outcome outlying_experiments output overlap overlay overlay_run own page parameter
@@ -81,7 +81,7 @@ skew_part slenderness slip slip_state snapshots soft_clamp space spatial spatial
 spatial_motion spectrum splitting spring_rotation stability standardization standing start
 start_forces starts state static_mesh statics status step step_control step_error step_map stepper stiffness
 stopwatch store strain stretch structure structure_catalog structure_effects structure_experiment
-structure_file structure_film structure_frequencies structure_motion structure_places
+structure_file structure_film structure_frequencies structure_mesh structure_motion structure_places
 structure_point structure_problem structure_recording structure_report structure_run structure_shape
 structure_support structure_warnings study style substitution summaries summary support supports
 sweep sweeps swept_edge swept_pair synthetic_data table table_keys tangent taper target tendon tensions

@@ -7,6 +7,7 @@ mod bifurcations;
 mod critical_loads;
 mod equilibrium;
 mod flutter;
+mod given_mesh;
 mod growth;
 mod line_loads;
 mod masses;

@@ -12,6 +12,7 @@ mod derivatives;
 mod files;
 mod fits;
 mod frames;
+mod given_meshes;
 mod joints;
 mod motion;
 #[cfg(feature = "page")]

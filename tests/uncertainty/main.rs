@@ -14,6 +14,7 @@ mod dragged_strip;
 mod input_sensitivities;
 mod intervals;
 mod noise;
+mod noise_comparison;
 mod outliers;
 mod outlying_experiments;
 #[cfg(feature = "posterior")]

@@ -157,7 +157,8 @@ impl DataKind for GaugeReadings {
 }
 
 /// Rejects readings that are not finite, and times that do not strictly increase within 0 to the end of the simulation.
-/// Readings at rest have no times to check. Errors have the label. An error also for times with a scene that has none.
+/// Readings at rest have no times to check. Errors have the label and the times. An error also for times with a scene
+/// that has none.
 pub(crate) fn check_readings(
     readings: &[Reading],
     ValidationContext { problem, label, other_clock, .. }: &ValidationContext,
@@ -167,9 +168,16 @@ pub(crate) fn check_readings(
     if !times.is_empty() {
         let end = problem.time()?.end;
         let is_inside = |t: &f64| *t >= 0.0 && (*other_clock || *t <= end * (1.0 + 1e-9));
-        let are_valid = times.iter().all(is_inside) && times.windows(2).all(|w| w[0] < w[1]);
-        let allowed = format!("increasing times in 0 .. {end} s, time.end");
-        ensure(are_valid, *label, "other times", allowed)?;
+        let outside = times.iter().find(|t| !is_inside(t)).map(|t| format!("t = {t} s"));
+        let unordered = || {
+            // Times that are no numbers are outside.
+            let pair = times.windows(2).find(|w| w[0] >= w[1])?;
+            Some(format!("t = {} s after {} s", pair[1], pair[0]))
+        };
+        if let Some(found) = outside.or_else(unordered) {
+            let allowed = format!("increasing times in 0 .. {end} s, time.end");
+            return Err(Error::invalid(*label, found, allowed));
+        }
     }
     let are_finite = readings.iter().all(|r| r.value.is_finite());
     ensure(are_finite, *label, "other readings", "finite values")

@@ -11,7 +11,7 @@
 //! table, and no reading.
 
 use crate::error::Error;
-use crate::fit::measurement::sensor_table::{RowUse, SensorQuantity, SensorTable};
+use crate::fit::measurement::sensor_table::{RowUse, SensorQuantity, SensorTable, check_order};
 use crate::scene::gripper_frame::unit_quaternion;
 use crate::scene::pose_table::RotationColumns;
 use marker_files::table::Table;
@@ -71,7 +71,7 @@ pub(crate) struct RecordedRotations {
 
 impl RecordedRotations {
     /// Adds a row with its use by its time, s, and its quaternion, none of a blank row. A message for a quaternion
-    /// whose length is not 1.
+    /// whose length is not 1, and for a time that is not after that of the reading before.
     fn push(
         &mut self,
         row_use: RowUse,
@@ -85,6 +85,7 @@ impl RecordedRotations {
                 None => self.dropped.empty += 1,
                 Some(found) => {
                     let quaternion = unit_quaternion(found)?;
+                    check_order(self.readings.last().and_then(|last| last.time), time)?;
                     self.readings.push(RotationReading { time, quaternion });
                 }
             },

@@ -8,7 +8,7 @@
 //! readings of every component that the file has, s and N, N m, m/s^2, rad, 1/m or parts of the length. The numbers of
 //! rows that were left out, before the start and without a value, are output too. A file that is no table or has no
 //! component or reading, other units, angles above a turn without a unit, a blank clock, frames without a rate, times
-//! that are negative without a start, and a window without a clock are errors with file and line.
+//! that are negative without a start or do not increase, and a window without a clock are errors with file and line.
 
 use crate::error::Error;
 use crate::fit::measurement::reading::Reading;
@@ -134,7 +134,8 @@ impl SensorTable<'_> {
     ///
     /// # Errors
     /// A file that cannot be read or is no table, without a component or any reading, or with another unit. Times that
-    /// cannot be used: blank, negative without a start, or frames without a rate. A start that is not finite. A
+    /// cannot be used: blank, negative without a start, not after that of the reading before, or frames without a rate.
+    /// A start that is not finite. A
     /// window of a table without a clock.
     pub fn read(&self, path: &Path) -> Result<ComponentReadings, Error> {
         let bytes = marker_files::file::data(path)?;
@@ -161,6 +162,8 @@ impl SensorTable<'_> {
             for (readings, column) in read.components.iter_mut().zip(columns) {
                 let Some((column, unit)) = column else { continue };
                 let Some(value) = row.values[column] else { continue };
+                check_order(readings.last().and_then(|last| last.time), time)
+                    .map_err(|message| table.error(row.line, &message))?;
                 readings.push(Reading { time, value: value * unit });
                 is_empty = false;
             }
@@ -303,6 +306,17 @@ impl SensorTable<'_> {
     }
 }
 
+/// Rejects the time, s, of a reading that is not after that of the reading before. Readings at rest have none. The
+/// message has both.
+pub(super) fn check_order(before: Option<f64>, time: Option<f64>) -> Result<(), String> {
+    match before.zip(time) {
+        Some((before, time)) if time <= before => {
+            Err(format!("found t = {time} s after {before} s, allowed: increasing times"))
+        }
+        _ => Ok(()),
+    }
+}
+
 impl TableClock {
     /// The time of a `row`, s: its clock reading less `start`, both in the unit of the clock, times this unit. An error
     /// for a blank.
@@ -330,6 +344,17 @@ mod tests {
             window: None,
         };
         table.read(&path).map_err(|error| error.to_string())
+    }
+
+    /// The error names file, line and both times. A row without a value may repeat a time, as may another component.
+    #[test]
+    fn times_that_do_not_increase_are_rejected_with_their_line() {
+        for (last, found) in [("0.1", "t = 0.1 s after 0.2 s"), ("0.2", "t = 0.2 s after 0.2 s")] {
+            let error = read(&format!("t,ax\n0,1\n0.2,2\n{last},3\n")).map(|_| ()).unwrap_err();
+            assert!(error.contains(&format!("Accelerometer.csv:4: found {found}")), "{error}");
+        }
+        let found = read("t,ax,ay\n0,1,\n0,,2\n0.1,1,\n0.1,,2\n").unwrap();
+        assert_eq!(found.components.map(|readings| readings.len()), [2, 2, 0]);
     }
 
     #[test]

@@ -67,6 +67,7 @@ use crate::fit::uncertainty::warning_list::{Severity, Warnings};
 use crate::fit::uncertainty::warnings::data::{
     growing_sensitivities, halved_steps, high_leverage, recording_defects, steps_too_large,
 };
+use crate::fit::uncertainty::warnings::noise_comparison::{near_copies, unequal_noise};
 use crate::fit::uncertainty::warnings::parameters::{
     bounds_reached, one_sided_bounds, prior_conflicts,
 };
@@ -310,6 +311,10 @@ pub(crate) fn assess(
              for which mesh and step are chosen. A small missing effect cannot be separated from it. Give a finer \
              rod.segments and time.step",
         );
+    }
+    if is_tested {
+        near_copies(explained, &mut warnings);
+        unequal_noise(explained, &sigma, adequacy, &mut warnings);
     }
     // Experiments of the validation data are predicted with the final estimates.
     let predictions = predictions(experiments, explained, covariance, &sigma, &mut warnings);
