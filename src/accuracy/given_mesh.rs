@@ -41,7 +41,7 @@ impl Problem {
     pub fn add_mesh_error(&self, found: &mut Equilibrium) {
         let compared = self.on_other_mesh(|comparison, other| {
             let rest = other.equilibrium().ok()?;
-            let [given, other] = compared_points([(self, &found.nodes), (other, &rest.nodes)])?;
+            let [given, other] = compared_points([self, other], [&found.nodes, &rest.nodes])?;
             let error = PositionError::new(comparison, &given, &other, self.length());
             Some((comparison, error))
         });
@@ -117,12 +117,16 @@ impl Problem {
 
 /// The compared points of an equilibrium on a given mesh and on another one, from the positions of the nodes, m: the
 /// nodes of the given mesh between the walls, and the tip. `None` if one is outside of the other mesh.
-fn compared_points(meshes: [(&Problem, &Vec<[f64; 3]>); 2]) -> Option<[ComparedPoints; 2]> {
-    let given = meshes[0].0;
+fn compared_points(
+    problems: [&Problem; 2],
+    nodes: [&Vec<[f64; 3]>; 2],
+) -> Option<[ComparedPoints; 2]> {
+    let given = problems[0];
     let length = given.length();
     let inner = given.arc_lengths().iter().filter(|s| (0.0..=length).contains(*s));
     let points: Vec<Point> = inner.map(|s| Point::ArcLength(*s)).chain([Point::Tip]).collect();
-    let of_mesh = |(problem, nodes): (&Problem, &Vec<[f64; 3]>)| {
+    let of_mesh = |mesh: usize| {
+        let (problem, nodes) = (problems[mesh], nodes[mesh]);
         let mut compared = ComparedPoints::default();
         for point in &points {
             let stencil = problem.stencil(*point).ok()?;
@@ -131,7 +135,7 @@ fn compared_points(meshes: [(&Problem, &Vec<[f64; 3]>); 2]) -> Option<[ComparedP
         }
         Some(compared)
     };
-    let [given, other] = meshes.map(of_mesh);
+    let [given, other] = [0, 1].map(of_mesh);
     Some([given?, other?])
 }
 

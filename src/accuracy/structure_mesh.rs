@@ -24,7 +24,7 @@ impl Structure {
     pub fn add_mesh_error(&self, found: &mut StructureEquilibrium) {
         let compared = self.on_other_meshes(|comparison, other| {
             let rest = other.equilibrium().ok()?;
-            let [given, other] = compared_points([(self, found), (other, &rest)])?;
+            let [given, other] = compared_points([self, other], [found, &rest])?;
             let error = PositionError::new(comparison, &given, &other, self.length());
             Some((comparison, error))
         });
@@ -103,10 +103,12 @@ impl Structure {
 /// The compared points of an equilibrium on given meshes and on other ones: the nodes of the given meshes between the
 /// walls. `None` if one is outside of another mesh.
 fn compared_points(
-    structures: [(&Structure, &StructureEquilibrium); 2],
+    structures: [&Structure; 2],
+    found: [&StructureEquilibrium; 2],
 ) -> Option<[ComparedPoints; 2]> {
-    let given = &structures[0].0.at_rest().meshes;
-    let of_meshes = |(structure, found): (&Structure, &StructureEquilibrium)| {
+    let given = &structures[0].at_rest().meshes;
+    let of_meshes = |k: usize| {
+        let (structure, found) = (structures[k], found[k]);
         let at_rest = structure.at_rest();
         let rest = structure.shape(&at_rest.q);
         let mut compared = ComparedPoints::default();
@@ -122,6 +124,6 @@ fn compared_points(
         }
         Some(compared)
     };
-    let [given, other] = structures.map(of_meshes);
+    let [given, other] = [0, 1].map(of_meshes);
     Some([given?, other?])
 }

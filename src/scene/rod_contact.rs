@@ -42,24 +42,25 @@ impl<D: Scalar> RodContactLaw<D> {
     }
 }
 
-/// Rejects the first contact with invalid numbers, unknown or repeated names, or a rod without a radius. `rods` are the
-/// names and sections of all rods.
+/// Rejects the first contact with invalid numbers, unknown or repeated names, or a rod without a radius. The rods have
+/// these `names` and `sections`, in the same order.
 pub(super) fn check_rod_contacts(
     contacts: &[RodContactLaw],
-    rods: &[(&str, &Section)],
+    names: &[&str],
+    sections: &[&Section],
 ) -> Result<(), Error> {
     for (i, contact) in contacts.iter().enumerate() {
         let key = format!("rod_contacts[{i}]");
         contact.check_numbers(&key, TABLE)?;
         for (k, name) in contact.rods.iter().enumerate() {
             let key = format!("{key}.rods[{k}]");
-            let known: Vec<&str> = rods.iter().map(|(name, _)| *name).collect();
-            let allowed = format!("the name of a rod: {}", known.join(", "));
-            ensure(known.contains(&&**name), &key, format!("\"{name}\""), allowed)?;
+            let allowed = format!("the name of a rod: {}", names.join(", "));
+            ensure(names.contains(&&**name), &key, format!("\"{name}\""), allowed)?;
             let is_new = !contact.rods[..k].contains(name);
             ensure(is_new, key, format!("\"{name}\" twice"), "each rod once")?;
         }
-        for (name, section) in rods.iter().filter(|(name, _)| contact.applies_to(name)) {
+        let rods = names.iter().zip(sections);
+        for (name, section) in rods.filter(|(name, _)| contact.applies_to(name)) {
             let allowed = format!("a radius, m, as the section of rods.{name} has none");
             let has_radius = contact.radius_of(section).is_some();
             ensure(has_radius, format!("{key}.contact_radius"), "no value", allowed)?;

@@ -470,9 +470,9 @@ impl StructureScene {
             Some(rod.segments)
         })?;
         self.check_contacts()?;
-        let sections: Vec<(&str, &Section)> =
-            self.rods.iter().map(|rod| (&*rod.name, &rod.section)).collect();
-        check_rod_contacts(&self.rod_contacts, &sections)?;
+        let names: Vec<&str> = self.rods.iter().map(|rod| &*rod.name).collect();
+        let sections: Vec<&Section> = self.rods.iter().map(|rod| &rod.section).collect();
+        check_rod_contacts(&self.rod_contacts, &names, &sections)?;
         self.loads.damping.check()?;
         let friction = self.loads.damping.friction.is_some();
         ensure(!friction, "loads.damping.friction", "a table", "no such key for a structure")?;

@@ -104,7 +104,7 @@ impl Structure {
         }
         let shape = self.shape_at(&self.at_rest.q, &self.at_rest.frames);
         let mut record = self.rod_overlaps();
-        record.add(&shape, None);
+        record.add(|name| &shape.rods[name].nodes, None);
         record.check()?;
         self.scene.rods.iter().zip(self.parts()).try_for_each(|(rod, part)| {
             let nodes = &shape.rods[&rod.name].nodes;

@@ -13,11 +13,12 @@ use crate::error::Error;
 use crate::numerics::scalar::{RodScalar, Scalar};
 use crate::problem::{LARGEST_PENETRATION, default_contact_stiffness};
 use crate::rod::assembly::contact_pairs::DeepestOverlap;
-use crate::rod::assembly::{AssemblyLayout, ContactLaw, ContactPairs, Member, TouchingEdge};
+use crate::rod::assembly::{
+    AssemblyLayout, ContactLaw, ContactPairs, JointDistance, Member, TouchingEdge,
+};
 use crate::scene::mesh::Mesh;
 use crate::scene::structure::StructureScene;
 use crate::scene::{Scene, rod_contact::RodContactLaw};
-use crate::structure::structure_shape::StructureShape;
 
 /// Overlap at the start, over the radius of the rod, that is a rounding error.
 const ROUNDING: f64 = 1e-6;
@@ -127,8 +128,8 @@ fn touching_edges<D: RodScalar, L: AssemblyLayout>(
         radius,
         is_free: [is_free(i), is_free(i + 1)],
         joints: [
-            bodies[0].map(|body| (body, arc[0] - ends[0][0])),
-            bodies[1].map(|body| (body, ends[1][1] - arc[1])),
+            bodies[0].map(|body| JointDistance { body, distance: arc[0] - ends[0][0] }),
+            bodies[1].map(|body| JointDistance { body, distance: ends[1][1] - arc[1] }),
         ],
     };
     touching.map(edge).collect()
@@ -140,26 +141,29 @@ pub(super) struct RodOverlapRecord {
     contacts: ContactPairs<f64>,
     /// Names of the rods.
     names: Vec<String>,
-    largest: Option<(DeepestOverlap, Option<f64>)>,
+    largest: Option<DeepestOverlap>,
+    /// Time of that state, s; none of an equilibrium.
+    time: Option<f64>,
 }
 
 impl RodOverlapRecord {
     /// A record without a state, of rods with these names and contacts (`contacts_on_nodes`).
     pub fn new(contacts: ContactPairs<f64>, names: Vec<String>) -> Self {
-        Self { contacts, names, largest: None }
+        Self { contacts, names, largest: None, time: None }
     }
 
-    /// Adds a shape at a time, s; an equilibrium has no time.
-    pub fn add(&mut self, shape: &StructureShape, time: Option<f64>) {
-        if self.contacts.is_empty() {
+    /// Adds a state at a time, s; an equilibrium has no time. `nodes` returns the nodes of the rod of a name, m.
+    pub fn add<'a>(&mut self, nodes: impl Fn(&str) -> &'a [[f64; 3]], time: Option<f64>) {
+        if self.contacts.is_empty() || self.names.iter().any(|name| nodes(name).is_empty()) {
             return;
         }
-        let nodes = self.names.iter().flat_map(|name| &shape.rods[name].nodes);
-        let q: Vec<f64> = nodes.flatten().copied().collect();
+        let q: Vec<f64> =
+            self.names.iter().flat_map(|name| nodes(name)).flatten().copied().collect();
         if let Some(found) = self.contacts.deepest(&q)
-            && self.largest.is_none_or(|(before, _)| found.relative > before.relative)
+            && self.largest.is_none_or(|before| found.relative > before.relative)
         {
-            self.largest = Some((found, time));
+            self.largest = Some(found);
+            self.time = time;
         }
     }
 
@@ -181,7 +185,7 @@ impl RodOverlapRecord {
     /// Rejects a structure whose rods overlap each other in the states so far by more than rounding errors.
     pub fn check(&self) -> Result<(), Error> {
         match &self.largest {
-            Some((found, _)) if found.relative > ROUNDING => {
+            Some(found) if found.relative > ROUNDING => {
                 let found_text = format!("at the start {}", self.describe(found, None));
                 let allowed = "rods that do not overlap at the start";
                 Err(Error::invalid(format!("rod_contacts[{}]", found.law), found_text, allowed))
@@ -192,12 +196,12 @@ impl RodOverlapRecord {
 
     /// Warning, with its code, of an overlap above [`LARGEST_PENETRATION`] of the radius; none for smaller ones.
     pub fn warning(&self) -> Option<(Code, String)> {
-        let (found, time) = self.largest.as_ref()?;
+        let found = self.largest.as_ref()?;
         let law = found.law;
         let words = format!(
             "{}. Contact forces are not valid above {:.0} %. Give a larger rod_contacts[{law}].stiffness, N/m^3, and a \
              smaller time.step",
-            self.describe(found, *time),
+            self.describe(found, self.time),
             100.0 * LARGEST_PENETRATION
         );
         (found.relative > LARGEST_PENETRATION).then_some((Code::DeepContact, words))

@@ -58,7 +58,7 @@ impl ExtremesOfRods {
     /// larger; an equilibrium has no time. Rods that the shape lacks are left out.
     pub fn add(&mut self, shape: &StructureShape, time: Option<f64>) {
         if let Some(overlaps) = &mut self.overlaps {
-            overlaps.add(shape, time);
+            overlaps.add(|name| shape.rods.get(name).map_or(&[][..], |rod| &rod.nodes), time);
         }
         for own in &mut self.rods {
             if let Some(rod) = shape.rods.get(&own.name) {

@@ -1,4 +1,5 @@
-//! Implausible scenes get notes: units other than SI, missing gravity, strains beyond a linear material. Usual scenes get none.
+//! Implausible scenes get notes: units other than SI, missing gravity, strains beyond a linear material. Usual scenes
+//! get none.
 
 use crate::folder::{Folder, stdout, succeeds};
 

@@ -1,5 +1,5 @@
-//! Recordings that move a wall have the checks of those that move recorded ends: units, clock, gaps, jumps, and motion that the
-//! time steps alias.
+//! Recordings that move a wall have the checks of those that move recorded ends: units, clock, gaps, jumps, and motion
+//! that the time steps alias.
 
 use crate::common::recordings::{csv, recorded};
 use crate::folder::{Folder, refused, replaced, stdout, succeeds};

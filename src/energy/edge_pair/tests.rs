@@ -9,9 +9,9 @@ use num_dual::Dual64;
 const STIFFNESS: f64 = 3e9;
 
 /// The energy of a pair as a function of all coordinates.
-struct EnergyOfNodes<'a, B>(&'a EdgePair<B>);
+struct EnergyOfPair<'a, B>(&'a EdgePair<B>);
 
-impl<B: Scalar> ScalarFunction<B> for EnergyOfNodes<'_, B> {
+impl<B: Scalar> ScalarFunction<B> for EnergyOfPair<'_, B> {
     fn at<D: Scalar>(&self, over: impl Fn(B) -> D + Copy, q: &[D]) -> D {
         let EdgePair { lengths, radii, stiffness, goes_on } = *self.0;
         let (lengths, radii) = (lengths.map(over), radii.map(over));
@@ -91,7 +91,7 @@ fn hand_derived_derivatives_equal_those_in_dual_numbers() {
         for edges in pairs() {
             let (pair, q) = (pair(goes_on), coordinates(edges));
             let (gradient, hessian) = by_hand(&pair, &q);
-            let (dual_gradient, dual_hessian) = autodiff::hessian(&EnergyOfNodes(&pair), &q);
+            let (dual_gradient, dual_hessian) = autodiff::hessian(&EnergyOfPair(&pair), &q);
             let size = dual_hessian.iter().flatten().fold(0.0_f64, |most, x| most.max(x.abs()));
             if size > 0.0 {
                 touching += 1
@@ -119,7 +119,7 @@ fn hand_derived_derivatives_equal_those_in_dual_numbers() {
             };
             let q = components(|i| seeded(q[i]));
             let (gradient, _) = by_hand(&pair, &q);
-            let (dual_gradient, _) = autodiff::hessian(&EnergyOfNodes(&pair), &q);
+            let (dual_gradient, _) = autodiff::hessian(&EnergyOfPair(&pair), &q);
             for i in 0..12 {
                 let off = (gradient[i].eps - dual_gradient[i].eps).abs();
                 assert!(off <= 1e-10 * size, "{goes_on:?} {edges:?} {i}: {off:e}");

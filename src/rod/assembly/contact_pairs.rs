@@ -27,6 +27,15 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 /// Largest number of unknowns of an edge, with the angle between its nodes.
 const LARGEST_EDGE: usize = 7;
 
+/// Distance of an edge from an end of its rod that a body carries.
+#[derive(Clone, Copy, Debug)]
+pub struct JointDistance {
+    /// Index of the body.
+    pub body: usize,
+    /// Distance along the rod, m.
+    pub distance: f64,
+}
+
 /// An edge that may touch others.
 #[derive(Clone, Debug)]
 pub struct TouchingEdge<D> {
@@ -42,8 +51,8 @@ pub struct TouchingEdge<D> {
     pub radius: D,
     /// Whether its nodes may move; those at walls may not.
     pub is_free: [bool; 2],
-    /// Bodies that carry the ends of the rod, and the distances of the edge from there along the rod, m.
-    pub joints: [Option<(usize, f64)>; 2],
+    /// Distances from the ends of the rod that a body carries.
+    pub joints: [Option<JointDistance>; 2],
 }
 
 impl<D: Scalar> TouchingEdge<D> {
@@ -51,9 +60,9 @@ impl<D: Scalar> TouchingEdge<D> {
     fn may_touch(&self, other: &Self) -> bool {
         let apart = PI * self.radius.value().max(other.radius.value());
         let gap = (self.arc[0] - other.arc[1]).max(other.arc[0] - self.arc[1]);
-        let is_near_joint = |own: &(usize, f64)| {
-            let ends = other.joints.iter().flatten();
-            ends.filter(|end| end.0 == own.0).any(|end| own.1 + end.1 < apart)
+        let is_near_joint = |own: &JointDistance| {
+            let ends = other.joints.iter().flatten().filter(|end| end.body == own.body);
+            ends.map(|end| own.distance + end.distance).any(|distance| distance < apart)
         };
         (self.rod != other.rod || gap >= apart) && !self.joints.iter().flatten().any(is_near_joint)
     }

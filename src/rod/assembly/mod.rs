@@ -46,7 +46,7 @@ mod tangent;
 pub use attachment::{Attachment, CarriedEdge, CarriedNode, FixedNode};
 pub use bodies::Bodies;
 pub use bordered::{AssemblyFactors, AssemblyTangent};
-pub use contact_pairs::{ContactLaw, ContactPairs, TouchingEdge};
+pub use contact_pairs::{ContactLaw, ContactPairs, JointDistance, TouchingEdge};
 pub use frames::{AssemblyFrames, RotationReference};
 pub use joined_rods::JoinedRods;
 pub use layout::AssemblyLayout;
