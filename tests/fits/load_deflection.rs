@@ -280,6 +280,53 @@ fn gauge_that_is_not_at_zero_is_named_and_identified() {
     assert!(off.iter().all(|off| off.abs() < 1e-6), "{off:?}");
 }
 
+/// Without sigma the offset of a gauge, many times the noise, is a part of the residuals. It is no noise in its own test.
+#[test]
+fn offset_is_no_noise_in_its_own_test() {
+    let problem = cantilever(Some(20)).problem().unwrap();
+    let offset = 1e-3;
+    let mut random = ChaCha8Rng::seed_from_u64(5);
+    let noise = Normal::new(0.0, 5e-5).unwrap();
+    let curve: Vec<LoadedPoint> = simulated(&problem, 1)
+        .into_iter()
+        .map(|own| LoadedPoint {
+            displacement: own.displacement + offset + noise.sample(&mut random),
+            ..own
+        })
+        .collect();
+    let fit = |offset: f64| {
+        let curve =
+            curve.iter().map(|own| LoadedPoint { displacement: own.displacement - offset, ..*own });
+        let curve = LoadDeflection::new(load(), Point::Tip, 1, curve.collect());
+        let fit = Fit::new(&problem).observe(curve).identify(Parameter::YoungsModulus);
+        fit.analyse(of_a_right_mesh()).solve().unwrap()
+    };
+    let report = fit(offset);
+    assert!(report.score_tests.iter().all(|test| !test.is_significant()), "{report}");
+    let report = fit(0.0);
+    println!("{report}");
+    assert!(report.grade != Grade::Trustworthy, "{report}");
+    let first = report.score_tests.iter().find(|test| test.rank == 1).unwrap();
+    assert_eq!(first.source, "sensors.gauge-0.zero_offset", "{report}");
+    assert!(first.p_value < 0.01 && (first.estimate / offset - 1.0).abs() < 0.5, "{first:?}");
+}
+
+/// A single value for one parameter fits any model: the verdict says so.
+#[test]
+fn fit_without_redundancy_does_not_check_the_model() {
+    let problem = cantilever(Some(20)).problem().unwrap();
+    let report = |count: usize| {
+        let curve = simulated(&problem, 1).into_iter().take(count).collect();
+        let curve = LoadDeflection::new(load(), Point::Tip, 1, curve).sigma(1e-4);
+        let fit = Fit::new(&problem).observe(curve).identify(Parameter::YoungsModulus);
+        fit.analyse(of_a_right_mesh()).solve().unwrap()
+    };
+    let verdict = "no more values than parameters";
+    let [one, two] = [1, 2].map(report);
+    assert!(one.grade == Grade::Trustworthy && one.verdict.contains(verdict), "{one}");
+    assert!(!two.verdict.contains(verdict), "{two}");
+}
+
 /// A gauge has no delay, and must be in the scene; other sensors have no zero offset.
 #[test]
 fn unsuitable_sensors_of_curves_are_refused() {

@@ -107,6 +107,20 @@ fn torsional_and_axial_frequencies_are_odd_quarter_waves() {
     }
 }
 
+/// The listed modes have the number by which a frequency with a kind names them.
+#[test]
+fn table_has_the_numbers_of_each_kind() {
+    let rod = rod(20, Support::Clamped, Support::Free);
+    let found = modes(&rod, 40);
+    let text = found.to_string();
+    assert!(text.contains("of its kind"), "{text}");
+    let torsion = text.lines().find(|line| line.contains("torsion")).unwrap();
+    // The first torsion follows bending modes out of the plane.
+    assert!(torsion.trim_end().ends_with(" 1"), "{text}");
+    let first = modes(&rod, 2).to_string();
+    assert!(!first.contains("of its kind"), "{first}");
+}
+
 /// Two thousand segments, with the rounding errors of the band matrix.
 #[test]
 fn frequencies_on_two_thousand_segments_agree_with_beam_theory() {
