@@ -1,9 +1,11 @@
 //! Contacts of rods with each other and with themselves: derivatives and factors, crossed rods and a ring against
 //! theory, energy of a collision, fast steps, and rejected scenes.
 
-use crate::contact_scenes::{DIMENSIONS, RADIUS, gravity, structure, time};
+use crate::contact_scenes::{DIMENSIONS, RADIUS, gravity, plane, structure, time};
 use crate::derivative_checks::{check_derivatives, check_factors, dual_run, shifted};
 use crate::scenes::{joint, spatial_rod, support};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
 use rodfit::rod::Rod;
 use rodfit::{Error, Structure, StructureScene};
 use std::f64::consts::PI;
@@ -259,6 +261,74 @@ fn fast_rods_do_not_pass_through_each_other() {
     }
     println!("lowest distance {:.4} diameters", lowest / (2.0 * RADIUS));
     assert!(lowest > RADIUS && lowest < 0.1, "{lowest}");
+}
+
+/// Rods that fall on each other and on a floor do not pass through each other, and gain no energy.
+#[test]
+fn heap_of_rods_gains_no_energy() {
+    for seed in 0..4 {
+        let mut random = ChaCha8Rng::seed_from_u64(seed);
+        let count = 2 + seed as usize;
+        let mut parts = Vec::new();
+        for i in 0..count {
+            let angle: f64 = random.random_range(0.0..PI);
+            let [x, z] = [0, 1].map(|_| random.random_range(-0.02..0.02));
+            let (way, length) = ([angle.cos(), 0.05, angle.sin()], 0.15);
+            let start =
+                [x - 0.5 * length * way[0], 0.02 + 0.025 * i as f64, z - 0.5 * length * way[2]];
+            parts.push(placed(&format!("r{i}"), 8, length, way, start));
+        }
+        parts.push("[loads]\ngravity = [0, -9.81, 0]\ndamping = { stiffness = 1e-3 }\n".into());
+        parts.push(plane([0.0, 0.0], [0.0, 1.0], "friction = 0.4\ndamping = 2.0"));
+        parts.push("[[rod_contacts]]\n".into());
+        parts.push(time(0.25, 1e-3, ""));
+        let own = structure(DIMENSIONS[1], 2e7, &parts);
+        let mut motion = own.simulation().unwrap();
+        let (mut before, mut rise, mut kinetic) = (motion.energies().total(), 0.0_f64, 0.0_f64);
+        let (mut contact, mut least) = (0.0_f64, f64::INFINITY);
+        for k in 1..=250 {
+            motion.step_to(1e-3 * f64::from(k)).unwrap();
+            let energies = motion.energies();
+            rise = rise.max(energies.total() - before);
+            before = before.min(energies.total());
+            kinetic = kinetic.max(energies.kinetic);
+            contact = contact.max(energies.own);
+            let shape = motion.shape();
+            for i in 0..count {
+                for j in 0..i {
+                    let [a, b] = [i, j].map(|rod| &shape.rods[&format!("r{rod}")].nodes);
+                    least = least.min(distance_in_space(a, b));
+                }
+            }
+        }
+        println!(
+            "{count} rods: least distance {:.3} diameters, rise of the energy {:.1e} of the kinetic energy",
+            least / (2.0 * RADIUS),
+            rise / kinetic
+        );
+        assert!(contact > 0.0 && least > RADIUS, "{least}");
+        assert!(rise < 0.01 * kinetic, "{rise} {kinetic}");
+    }
+}
+
+/// Least distance of points on one polygon from points on another, ten on each edge, m.
+fn distance_in_space(first: &[[f64; 3]], second: &[[f64; 3]]) -> f64 {
+    let points = |nodes: &[[f64; 3]]| -> Vec<[f64; 3]> {
+        let edges = nodes.windows(2);
+        let along = |edge: &[[f64; 3]]| -> Vec<[f64; 3]> {
+            let (a, b) = (edge[0], edge[1]);
+            (0..10).map(|k| [0, 1, 2].map(|c| a[c] + f64::from(k) / 10.0 * (b[c] - a[c]))).collect()
+        };
+        edges.flat_map(along).collect()
+    };
+    let (first, second) = (points(first), points(second));
+    let mut least = f64::INFINITY;
+    for a in &first {
+        for b in &second {
+            least = least.min((0..3).map(|c| (a[c] - b[c]).powi(2)).sum::<f64>());
+        }
+    }
+    least.sqrt()
 }
 
 #[test]
