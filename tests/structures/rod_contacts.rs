@@ -266,6 +266,8 @@ fn fast_rods_do_not_pass_through_each_other() {
 /// Rods that fall on each other and on a floor do not pass through each other, and gain no energy.
 #[test]
 fn heap_of_rods_gains_no_energy() {
+    // Impacts raise the energy by an error of second order in the step: 1e-2 of the kinetic energy at 1 ms.
+    const STEP: f64 = 5e-4;
     for seed in 0..4 {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         let count = 2 + seed as usize;
@@ -281,13 +283,13 @@ fn heap_of_rods_gains_no_energy() {
         parts.push("[loads]\ngravity = [0, -9.81, 0]\ndamping = { stiffness = 1e-3 }\n".into());
         parts.push(plane([0.0, 0.0], [0.0, 1.0], "friction = 0.4\ndamping = 2.0"));
         parts.push("[[rod_contacts]]\n".into());
-        parts.push(time(0.25, 1e-3, ""));
+        parts.push(time(0.25, STEP, ""));
         let own = structure(DIMENSIONS[1], 2e7, &parts);
         let mut motion = own.simulation().unwrap();
         let (mut before, mut rise, mut kinetic) = (motion.energies().total(), 0.0_f64, 0.0_f64);
         let (mut contact, mut least) = (0.0_f64, f64::INFINITY);
-        for k in 1..=250 {
-            motion.step_to(1e-3 * f64::from(k)).unwrap();
+        for k in 1..=500 {
+            motion.step_to(STEP * f64::from(k)).unwrap();
             let energies = motion.energies();
             rise = rise.max(energies.total() - before);
             before = before.min(energies.total());
@@ -307,7 +309,7 @@ fn heap_of_rods_gains_no_energy() {
             rise / kinetic
         );
         assert!(contact > 0.0 && least > RADIUS, "{least}");
-        assert!(rise < 0.01 * kinetic, "{rise} {kinetic}");
+        assert!(rise < 5e-3 * kinetic, "{rise} {kinetic}");
     }
 }
 
