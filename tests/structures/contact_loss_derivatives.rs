@@ -1,7 +1,7 @@
 //! Derivatives of structures with damping and friction of contacts: tangent and factors of a step, motions, and fits.
 
 use crate::contact_scenes::{DIMENSIONS, LOSSES, RADIUS, body, falling, plane, structure, time};
-use crate::derivative_checks::{check_jacobian, dual_run, shifted};
+use crate::derivative_checks::{check_jacobian, check_motion_derivative};
 use crate::scenes::{joint, spatial_rod};
 use nalgebra::{DMatrix, DVector};
 use num_dual::Dual64;
@@ -122,7 +122,6 @@ fn derivatives_of_a_motion_with_losses_agree_with_differences() {
             q.truncate(rods);
             q
         };
-        let plain = end(&own);
         for path in [
             "materials.steel.youngs_modulus",
             "contacts.0.friction",
@@ -131,19 +130,7 @@ fn derivatives_of_a_motion_with_losses_agree_with_differences() {
             "contacts.0.stiffness",
             "bodies.bob.mass",
         ] {
-            let (value, q) = dual_run(&own, path, times());
-            let rates: Vec<f64> = q[..rods].iter().map(|q| q.eps).collect();
-            let size = rates.iter().fold(0.0_f64, |size, x| size.max(x.abs()));
-            let apart = q.iter().zip(&plain).map(|(d, p)| (d.re - p).abs()).fold(0.0, f64::max);
-            let h = 1e-4 * value.abs();
-            let [plus, minus] = [h, -h].map(|h| end(&shifted(&own, path, h)));
-            let off = (0..rods).map(|i| (rates[i] - (plus[i] - minus[i]) / (2.0 * h)).abs());
-            let off = off.fold(0.0, f64::max) / size;
-            println!(
-                "{dimension}{path}: off by {off:.1e} of {size:.2e}, positions by {apart:.1e} m"
-            );
-            assert!(size > 0.0 && apart < 1e-10, "{path}: {apart:e}");
-            assert!(off < 1e-6, "{path}: {off:e}");
+            check_motion_derivative(&own, path, times(), end, 1e-4, [1e-10, 1e-6]);
         }
     }
 }

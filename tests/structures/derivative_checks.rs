@@ -103,6 +103,32 @@ pub fn shifted(structure: &Structure, path: &str, h: f64) -> Structure {
     Structure::new(scene).unwrap()
 }
 
+/// Compares the derivative of a motion by the number of a path, of a run in dual numbers over these times, s, with central
+/// differences in steps of `step` times the number. `end` returns the unknowns of the rods at the end of a run in plain
+/// numbers. Both runs agree to the first bound, m, and the derivatives to the second one, relative to the largest.
+pub fn check_motion_derivative(
+    structure: &Structure,
+    path: &str,
+    times: impl Iterator<Item = f64>,
+    end: impl Fn(&Structure) -> Vec<f64>,
+    step: f64,
+    [largest_distance, largest_error]: [f64; 2],
+) {
+    let (value, q) = dual_run(structure, path, times);
+    let plain = end(structure);
+    let h = step * value.abs();
+    let [plus, minus] = [h, -h].map(|h| end(&shifted(structure, path, h)));
+    let (mut size, mut apart, mut off) = (0.0_f64, 0.0_f64, 0.0_f64);
+    for (i, plain) in plain.iter().enumerate() {
+        size = size.max(q[i].eps.abs());
+        apart = apart.max((q[i].re - plain).abs());
+        off = off.max((q[i].eps - (plus[i] - minus[i]) / (2.0 * h)).abs());
+    }
+    println!("{path}: off by {:.1e} of {size:.2e}, positions by {apart:.1e} m", off / size);
+    assert!(size > 0.0 && apart < largest_distance, "{path}: {apart:e}");
+    assert!(off < largest_error * size, "{path}: {off:e} of {size:e}");
+}
+
 /// Compares the exact Jacobian of residuals at `x` with central differences in these steps, relative to the largest entry of each
 /// column.
 pub fn check_jacobian(residuals: &Residuals, x: &[f64], step: f64, bound: f64) {

@@ -2,7 +2,7 @@
 //! theory, energy of a collision, fast steps, and rejected scenes.
 
 use crate::contact_scenes::{DIMENSIONS, RADIUS, gravity, plane, structure, time};
-use crate::derivative_checks::{check_derivatives, check_factors, dual_run, shifted};
+use crate::derivative_checks::{check_derivatives, check_factors, check_motion_derivative};
 use crate::scenes::{joint, spatial_rod, support};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -208,21 +208,10 @@ fn derivatives_of_a_collision_agree_with_differences() {
         q.truncate(rods);
         q
     };
-    let plain = end(&own);
     for path in
         ["materials.steel.youngs_modulus", "rod_contacts.0.stiffness", "rods.beam.section.radius"]
     {
-        let (value, q) = dual_run(&own, path, times());
-        let rates: Vec<f64> = q[..rods].iter().map(|q| q.eps).collect();
-        let size = rates.iter().fold(0.0_f64, |size, x| size.max(x.abs()));
-        let apart = q.iter().zip(&plain).map(|(d, p)| (d.re - p).abs()).fold(0.0, f64::max);
-        let h = 1e-6 * value.abs();
-        let [plus, minus] = [h, -h].map(|h| end(&shifted(&own, path, h)));
-        let off = (0..rods).map(|i| (rates[i] - (plus[i] - minus[i]) / (2.0 * h)).abs());
-        let off = off.fold(0.0, f64::max) / size;
-        println!("{path}: off by {off:.1e} of {size:.2e}, positions by {apart:.1e} m");
-        assert!(size > 0.0 && apart < 1e-9, "{path}: {apart:e}");
-        assert!(off < 1e-4, "{path}: {off:e}");
+        check_motion_derivative(&own, path, times(), end, 1e-6, [1e-9, 1e-4]);
     }
 }
 

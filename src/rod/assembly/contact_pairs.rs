@@ -5,13 +5,12 @@
 //! unknowns and arc lengths. Pairs are those whose boxes (edge and radius) overlap; a sweep along the axis with the
 //! largest extent finds them. Left out are edges of one rod that are closer along it than half the circumference of
 //! the thicker edge, and edges near a common body by the same distance along both rods. Edges with a node that a body
-//! carries touch nothing. Energy and derivatives of a pair are those of
-//! the module `energy::edge_pair`.
+//! carries touch nothing. Energy and derivatives of a pair are those of the module `energy::edge_pair`.
 //!
 //! Input: unknowns `q` of the assembly with carried and fixed nodes at their places. `energy` is the sum,
 //! `add_gradient` adds its derivatives, and `add_tangent` adds the second ones: within an edge to the band of its rod,
-//! between edges to the couplings of rods. Fixed nodes are left out of both. `passed` returns the first law
-//! with an edge that passes through another in a step, `deepest` the largest overlap.
+//! between edges to the couplings of rods. Fixed nodes are left out of both. `passed` returns the first law with an edge
+//! that passes through another in a step, `deepest` the largest overlap.
 
 use crate::energy::edge_pair::{EdgePair, PairDerivatives};
 use crate::energy::swept_pair::{TwoEdges, passes_edge, segment_distance};
