@@ -73,6 +73,7 @@ codes! {
     Practical "practical",
     NearCopy "near-copy",
     UnequalNoise "unequal-noise",
+    AssumedUnit "assumed-unit",
     // Problems of a fit.
     NoMotion "no-motion" formerly "nothing-moves",
     FarStart "far-start",

@@ -20,11 +20,12 @@ use crate::error::Error;
 use crate::fit::file::FitFile;
 use crate::fit::measurement::experiment::all;
 use crate::fit::report::FitReport;
-use crate::fit::uncertainty::discrepancy::omitted_effects::{OMITTED_EFFECTS, OmittedEffect};
 use crate::fit::uncertainty::discrepancy::rod_sizes::RodSizes;
+use crate::fit::uncertainty::discrepancy::tested_effects::add_effect;
 use crate::fit::uncertainty::estimate::Estimate;
 use crate::fit::uncertainty::grade::Grade;
 use crate::fit::unknown::Unknown;
+use crate::scene::Parameter;
 
 /// Start of a positive number, over its value in the scene, where its estimate is not positive.
 const SMALL_START: f64 = 0.1;
@@ -90,18 +91,15 @@ impl FitFile {
                 (*place, format!("{place}, whose motion resembles {}", test.effect), None)
             });
             for (place, term, estimate) in own.into_iter().chain(similar) {
-                // A test whose source is not in the list of effects has no unknown to add.
-                let Some(extension) = OMITTED_EFFECTS.iter().find(|e| e.path == place) else {
-                    continue;
-                };
                 // Several tests may suggest the same similar term, which is added once.
-                let is_new = !tried.contains(&extension.path)
-                    && self.unknowns.iter().all(|u| u.parameter != extension.parameter());
+                let parameter = Parameter::at(place);
+                let is_new = !tried.contains(&place)
+                    && self.unknowns.iter().all(|u| u.parameter != parameter);
                 if is_new
                     && found.len() < MOST_TERMS
-                    && let Some(file) = self.with_term(extension, estimate, report)?
+                    && let Some(file) = self.with_term(parameter, estimate, report)?
                 {
-                    tried.push(extension.path);
+                    tried.push(place);
                     found.push(ExtendedFit { file, term });
                 }
             }
@@ -109,33 +107,32 @@ impl FitFile {
         Ok(found)
     }
 
-    /// The fit with an effect added to all scenes that can have it, as a further unknown of these experiments. The
-    /// unknown starts at the value of the first such scene plus `estimate`, or else plus the plausible size of the
+    /// The fit with the effect of the number `parameter` added to all scenes that can have it, as a further unknown of
+    /// these experiments. The unknown starts at the value of the first such scene plus `estimate`, or else plus the plausible size of the
     /// effect. The start is in the parameter's unit, within its limits. The unknown belongs to all experiments if all
     /// scenes can have the effect, else to those by name. `None` if no scene can have the effect. An error if a scene
     /// cannot have the values of the `report`.
     fn with_term(
         &self,
-        extension: &OmittedEffect,
+        parameter: Parameter,
         estimate: Option<f64>,
         report: &FitReport,
     ) -> Result<Option<Self>, Error> {
-        let (mut file, parameter) = (self.clone(), extension.parameter());
+        let mut file = self.clone();
         let (mut names, mut start) = (Vec::new(), None);
         for experiment in &mut file.experiments {
             // The plausible size depends on the rod's size at the estimates.
             let problem = experiment.problem.with(report.parameters_of(experiment))?;
             let sizes = RodSizes::new(experiment, &problem);
-            if let Some(problem) = extension.added(&experiment.problem, &sizes) {
+            if let Some(plausible) = add_effect(parameter.path(), experiment, &sizes) {
                 // The scene may have a part of the effect: the score test estimates the change from it.
-                let value = parameter.of(problem.scene()).unwrap_or(0.0);
-                let size = estimate.or((extension.plausible)(&sizes)).unwrap_or(0.0);
+                let value = parameter.of(experiment.problem.scene()).unwrap_or(0.0);
+                let size = estimate.unwrap_or(plausible);
                 // An estimate below zero of a positive number is one of a smaller number.
                 let sum = value + size;
                 let is_beyond = parameter.is_positive() && value > 0.0 && sum <= 0.0;
                 start.get_or_insert(if is_beyond { SMALL_START * value } else { sum });
                 names.push(experiment.name.clone());
-                experiment.problem = problem;
             }
         }
         if names.is_empty() {

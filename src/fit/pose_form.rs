@@ -56,7 +56,8 @@ impl SensorForm {
         };
         let measurements = sensor.measurements(problem).map_err(below)?.into_iter();
         let with_keys = |own: Measurement| {
-            let own = own.with_source(path, &self.recording, read.dropped);
+            let mut own = own.with_source(path, &self.recording, read.dropped);
+            own.header.assumed_unit = read.assumed_unit.clone();
             own.with_properties(self.sigma, self.loss, self.held_out)
         };
         Ok(measurements.map(with_keys).collect())

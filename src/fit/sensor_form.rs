@@ -161,7 +161,8 @@ impl SensorForm {
             let mut sensor = Sensor::new(channel, readings).tare(tare);
             sensor.data.low_pass = self.filter.map(|filter| filter.low_pass);
             sensor.data.sensor = SensorReference(self.sensor.clone());
-            let sensor = sensor.with_source(&path, recording, read.dropped);
+            let mut sensor = sensor.with_source(&path, recording, read.dropped);
+            sensor.header.assumed_unit = read.assumed_unit.clone();
             measurements.push(sensor.with_properties(self.sigma, self.loss, self.held_out).into());
         }
         let found = "none of the components of the file";

@@ -185,11 +185,13 @@ fn check_measurements(
     let camera = experiment.problem.scene().camera;
     let is_offset = |u: &Unknown| {
         let path = u.parameter.path();
-        let moves_times = path == "camera.time_offset" || path.starts_with("camera.row_delay.");
+        let moves_times = ["camera.time_offset", "camera.time_scale"].contains(&path)
+            || path.starts_with("camera.row_delay.");
         moves_times && u.is_of(experiment)
     };
-    let other_clock =
-        camera.time_offset != 0.0 || camera.row_delay != [0.0; 3] || unknowns.iter().any(is_offset);
+    let other_clock = [camera.time_offset, camera.time_scale] != [0.0, 1.0]
+        || camera.row_delay != [0.0; 3]
+        || unknowns.iter().any(is_offset);
     // Parameters of the time scheme act through the step: they need a step that stays.
     let chosen = experiment.problem.scene().chosen();
     let is_of_scheme = |u: &&Unknown| {

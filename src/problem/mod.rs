@@ -62,6 +62,7 @@ mod soft_clamp;
 mod spatial;
 mod start;
 pub(crate) mod strain;
+mod thickness_note;
 mod tributary;
 mod warnings;
 

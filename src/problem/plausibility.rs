@@ -4,13 +4,13 @@
 //! `Problem::plausibility_notes` returns codes and texts for a [`Purpose`] (motion, equilibrium, modes), empty for a
 //! plausible scene. First is one text of all implausible numbers, each with the likely unit (g/cm^3, MPa, mm). Density,
 //! Young's modulus, thickness, length, their ratio, gravity, angles, attached masses and routes of tendons are compared
-//! with the constants of this module. Above
-//! the densities of [`SOFTEST_OF_DENSITY`] a larger modulus is required. Second: the scene file leaves out gravity and
-//! nothing else acts on its rod. Loads, flow, motions, recordings, user-defined energies, actuators, initial shapes and
-//! stress at rest count as actions; for a motion also an initial velocity. There is no such warning for modes, or for a
-//! straight rod within 10 degrees of the y or z axis. Third: a given mesh that is too coarse for the natural curvature.
-//! Fourth: forces on held nodes only. Last, for equilibria and modes (`notes_at_rest`): friction of the rod or of a
-//! contact, which they do not have, and signals that are zero at the time of the equilibrium.
+//! with the constants of this module. Above the densities of [`SOFTEST_OF_DENSITY`] a larger modulus is required.
+//! Second: the scene file leaves out gravity and nothing else acts on its rod. Loads, flow, motions, recordings,
+//! user-defined energies, actuators, initial shapes and stress at rest count as actions; for a motion also an initial
+//! velocity. There is no such warning for modes, or for a straight rod within 10 degrees of the y or z axis. Third: a
+//! given mesh that is too coarse for the natural curvature. Fourth: forces on held nodes only. Fifth: a rod that is too
+//! thick for the model, unless units are implausible. Last, for equilibria and modes (`notes_at_rest`): friction of the
+//! rod or of a contact, which they do not have, and signals that are zero at the time of the equilibrium.
 
 use crate::code::Code;
 use crate::numerics::vector::{dot, sub};
@@ -77,15 +77,18 @@ impl Problem {
         units(&self.scene, self.length()).is_some()
     }
 
-    /// Whether Young's modulus is that of no solid, or of none with this density.
-    pub(crate) fn has_implausible_modulus(&self) -> bool {
+    /// Whether Young's modulus is that of no solid, or of none with this density, or the density that of no solid. The
+    /// latter counts for motions, modes and equilibria with gravity, on which it has an effect.
+    pub(crate) fn has_implausible_material(&self, purpose: Purpose) -> bool {
         let (modulus, density) = (self.scene.material.youngs_modulus, self.scene.material.density);
+        let has_mass = purpose != Purpose::Rest || self.scene.loads.gravity != [0.0; 3];
         !(softest_solid(density)..=STIFFEST_SOLID).contains(&modulus)
+            || has_mass && !(LIGHTEST_SOLID..=HEAVIEST_SOLID).contains(&density)
     }
 
     /// Warnings, each with its code, first of implausible units (one for all numbers), then of missing gravity for the
-    /// `purpose`. Then come a given mesh that is too coarse for the natural curvature, and forces on held nodes. Last,
-    /// unless for a motion, are those of [`Self::notes_at_rest`]. Empty for a plausible scene.
+    /// `purpose`. Then come a given mesh that is too coarse for the natural curvature, forces on held nodes, and a
+    /// thick rod. Last, unless for a motion, are those of [`Self::notes_at_rest`]. Empty for a plausible scene.
     pub(crate) fn plausibility_notes(&self, purpose: Purpose) -> Vec<(Code, String)> {
         let units = units(&self.scene, self.length()).map(|words| (Code::ImplausibleUnits, words));
         let gravity = self.lacks_gravity(purpose).then(|| {
@@ -96,7 +99,9 @@ impl Problem {
         let gravity = gravity.or_else(|| self.heavy_without_gravity(purpose));
         let at_rest = (purpose != Purpose::Motion).then(|| self.notes_at_rest());
         let mesh = self.natural_turn_note().into_iter().chain(self.held_load_note());
-        units.into_iter().chain(gravity).chain(mesh).chain(at_rest.into_iter().flatten()).collect()
+        let thickness = self.thickness_note().filter(|_| units.is_none());
+        let first = units.into_iter().chain(gravity).chain(mesh).chain(thickness);
+        first.chain(at_rest.into_iter().flatten()).collect()
     }
 
     /// Warning of forces of `loads.point` and `initial.point` on nodes that supports at the ends hold, which do not

@@ -5,11 +5,11 @@
 //! `wall` the first node at rest, of a structure the origin of its first rod. The recorded position `p` of a distorting
 //! lens satisfies `u - c = (1 + distortion r^2) (p - c)` across the normal, with the distance `r` of `p` from the
 //! optical center `c` in the picture (Brown 1971, first radial term). The clock of the recording shows
-//! `t + time_offset + row_delay . (p - wall - shift)` for the motion at `t`: a rolling shutter reads the rows of a
-//! frame one after the other.
+//! `time_scale t + time_offset + row_delay . (p - wall - shift)` for the motion at `t`: a rolling shutter reads the rows
+//! of a frame one after the other.
 //!
 //! Times in s, angles in rad, positions in m, `distortion` in 1/m^2, `row_delay` in s/m. By default there is no effect:
-//! the scale is 1, all other numbers are 0. Only fits apply the camera, with these numbers as possible parameters.
+//! the scales are 1, all other numbers are 0. Only fits apply the camera, with these numbers as possible parameters.
 
 use crate::scene::number::{Quantity, is_default, one};
 use crate::scene::table::table;
@@ -23,6 +23,9 @@ table! {
         /// Reading of the recording's clock when the motion starts, s.
         #[serde(default)]
         pub time_offset: D = Quantity::signed("s").within(-1e6, 1e6).of_the_recording(),
+        /// Ratio of recorded to real durations: below 1 if the stated frame rate is above the real one.
+        #[serde(default = "one::<D>")]
+        pub time_scale: D = Quantity::positive("").within(1e-3, 1e3).of_the_recording(),
         /// Ratio of recorded lengths to real lengths.
         #[serde(default = "one::<D>")]
         pub pixel_scale: D = Quantity::positive("").of_the_recording(),
@@ -47,10 +50,11 @@ table! {
 }
 
 impl<D: From<f64> + Default> Default for Camera<D> {
-    /// The camera without effect: scale 1, all other numbers 0.
+    /// The camera without effect: both scales 1, all other numbers 0.
     fn default() -> Self {
         Self {
             time_offset: D::default(),
+            time_scale: one(),
             pixel_scale: one(),
             in_plane_rotation: D::default(),
             clamp_position: Default::default(),

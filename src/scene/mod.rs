@@ -14,7 +14,7 @@
 //!
 //! Files: `rod`, `material`, `section`, `taper`, `along`, `break_points`, `mass`, `loads`, `drag`, `maxwell`,
 //! `power_law`, `contact`, `actuation`, `signal`, `initial`, `camera`, `sensor_model`, `time`, `scheme`, `tolerance`
-//! (tables); `shape`, `polyline`, `mesh`, `plane`, `point`, `marker` (geometry); `support`, `supports`,
+//! (tables); `shape`, `shear`, `polyline`, `mesh`, `plane`, `point`, `marker` (geometry); `support`, `supports`,
 //! `prescribed_motion`, `motion_rate`, `signal_steps`, `path`, `track`, `recorded_point`, `gripper_frame`,
 //! `gripper_pose`, `pose_table`, `recorded_motion`, `track_defect`, `faults` (ends and recordings); `own` (user-defined
 //! energies); `structure` and others of this name, `per_axis` (several rods); `parameter`, `scene_catalog` (all
@@ -65,6 +65,7 @@ mod scheme_support;
 pub mod section;
 pub mod sensor_model;
 pub mod shape;
+pub(crate) mod shear;
 pub mod signal;
 pub mod signal_curve;
 pub mod signal_samples;

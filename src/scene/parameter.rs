@@ -122,6 +122,8 @@ short_names! {
     InitialAngularVelocityZ = "initial.angular_velocity.z": "initial.angular_velocity.z";
     /// Reading of the recording's clock when the motion starts, s.
     TimeOffset = "time_offset": "camera.time_offset";
+    /// Ratio of recorded to real durations.
+    TimeScale = "time_scale": "camera.time_scale";
     /// Ratio of recorded lengths to real lengths.
     PixelScale = "pixel_scale": "camera.pixel_scale";
     /// Rotation of the camera about the normal of the scene's plane, rad.

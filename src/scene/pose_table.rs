@@ -10,8 +10,8 @@
 //! Output: the [`Track`] of three points of the gripper ([`gripper_frame`](crate::scene::gripper_frame)), m and s.
 //!
 //! Errors, with file and line: a rotation in no form or in several, a partly blank row, a clock that does not increase
-//! or does not start at 0, a rigid body that the file does not have, an axis whose length is not 1 within 1 %, and
-//! invalid or too distant poses of the track.
+//! or does not start at 0, a rigid body that the file does not have, an axis whose length is not 1 within 1 %, more than
+//! a turn in a column without a unit, and invalid or too distant poses of the track.
 
 use crate::error::Error;
 use crate::numerics::vector::{Vector, dot, scale};
@@ -20,6 +20,7 @@ use crate::scene::support::End;
 use crate::scene::track::{CLOCK_TOLERANCE, TIME_ZERO_REMEDY, Track, check_clock};
 use marker_files::table::{LENGTHS, TIMES, Table, TableRow};
 use marker_files::{ANGLES, ColumnRules, Format, RecordedBodyPose};
+use std::f64::consts::TAU;
 use std::path::Path;
 
 /// Columns of the rotation in a table, with the factors of their units.
@@ -195,6 +196,28 @@ impl RotationColumns {
         }
     }
 
+    /// Name of the first column of an angle without a unit, which is read as rad; none if all have units, and of
+    /// quaternions.
+    pub fn assumed_unit(&self, table: &Table) -> Option<String> {
+        let angles = match self {
+            Self::Quaternion(_) => &[][..],
+            Self::Vector { columns, .. } => columns,
+            Self::AxisAngle { angle, .. } => std::slice::from_ref(angle),
+        };
+        let mut names = angles.iter().map(|column| &table.columns[*column]);
+        names.find(|(_, unit)| unit.is_none()).map(|(name, _)| name.clone())
+    }
+
+    /// An angle in a row, rad. A message for a blank field, and for more than a turn in a column without a unit.
+    fn angle(table: &Table, row: &TableRow, column: usize, factor: f64) -> Result<f64, String> {
+        let own = value(table, row, column)?;
+        let (name, unit) = &table.columns[column];
+        match unit.is_none() && own.abs() > TAU {
+            true => Err(turns_without_unit(name, own)),
+            false => Ok(own * factor),
+        }
+    }
+
     /// Indices of all columns of the rotation.
     pub fn columns(&self) -> Vec<usize> {
         match self {
@@ -205,7 +228,7 @@ impl RotationColumns {
     }
 
     /// The quaternion `[w, x, y, z]` of the rotation in a row; a quaternion of the table is not
-    /// normalized. A message for a blank field, and for an axis whose length is not 1.
+    /// normalized. A message for a blank field, an axis whose length is not 1, and more than a turn without a unit.
     pub fn quaternion(&self, table: &Table, row: &TableRow) -> Result<[f64; 4], String> {
         let value = |column: usize| value(table, row, column);
         match self {
@@ -213,7 +236,7 @@ impl RotationColumns {
             Self::Vector { columns, factors } => {
                 let mut vector = [0.0; 3];
                 for (c, r) in vector.iter_mut().enumerate() {
-                    *r = value(columns[c])? * factors[c];
+                    *r = Self::angle(table, row, columns[c], factors[c])?;
                 }
                 let angle = dot(vector, vector).sqrt();
                 let axis = if angle == 0.0 { vector } else { scale(vector, angle.recip()) };
@@ -222,7 +245,8 @@ impl RotationColumns {
             Self::AxisAngle { axis: [x, y, z], angle, factor } => {
                 let axis = [value(*x)?, value(*y)?, value(*z)?];
                 let length = check_length("rotation axis", &axis)?;
-                Ok(quaternion_about(scale(axis, length.recip()), value(*angle)? * factor))
+                let angle = Self::angle(table, row, *angle, *factor)?;
+                Ok(quaternion_about(scale(axis, length.recip()), angle))
             }
         }
     }
@@ -232,6 +256,14 @@ impl RotationColumns {
 fn missing(table: &Table, allowed: &str) -> Error {
     let found = table.columns_found();
     table.error(1, &format!("found the columns {found}, allowed: {allowed}")).into()
+}
+
+/// The message for an angle of more than a turn in a column without a unit: degrees in most files.
+pub(crate) fn turns_without_unit(name: &str, largest: f64) -> String {
+    format!(
+        "found angles up to {largest} in the column {name} without a unit, more than a turn in rad, allowed: \
+         {name}[deg], or {name}[rad] for turns"
+    )
 }
 
 /// The number of a row in a column. A message for a blank field.

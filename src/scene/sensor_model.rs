@@ -1,14 +1,13 @@
 //! `[[sensors]]`: frame, clock and filter of sensors, to which the observations of a fit refer by name.
 //!
 //! A [`SensorModel`] has a rotation of the frame beyond that of the observation (rotation vector, rad), the position of
-//! a load cell relative to the support, m, a delay, s, and the cutoff frequency of a first-order low-pass filter, Hz. A
-//! reading at `t` is the filtered component at `t - delay`. A dial gauge of load-deflection curves has the reading
-//! without load, m. Only fits use sensors, with these numbers as possible
-//! parameters (`sensors.NAME.delay`). By default there is no effect. Names that are not valid or used twice are
-//! rejected.
+//! a load cell relative to the support, m, a gain, a delay, s, and the cutoff frequency of a first-order low-pass
+//! filter, Hz. A reading at `t` is the filtered component at `t - delay` times the gain. A dial gauge of load-deflection
+//! curves has the reading without load, m. Only fits use sensors, with these numbers as possible parameters
+//! (`sensors.NAME.delay`). By default there is no effect. Names that are not valid or used twice are rejected.
 
 use crate::error::{Error, ensure};
-use crate::scene::number::{Quantity, is_default};
+use crate::scene::number::{Quantity, is_default, is_one, one};
 use crate::scene::table::table;
 use crate::scene::validate::check_name;
 
@@ -39,6 +38,10 @@ table! {
         /// Delay of its readings, s: that of the time `t` shows the rod at `t - delay`.
         #[serde(default)]
         pub delay: D = Quantity::signed("s").within(-1e6, 1e6).of_the_recording(),
+        /// Ratio of readings to the measured quantity, before the tare: of forces, moments, accelerations, curvatures
+        /// and strains.
+        #[serde(default = "one::<D>", skip_serializing_if = "is_one")]
+        pub gain: D = Quantity::positive("").within(1e-6, 1e6).of_the_recording(),
         /// Reading of a displacement without load, m: that of a dial gauge in `[[load_deflection]]`.
         #[serde(default, skip_serializing_if = "is_default")]
         pub zero_offset: D = Quantity::signed("m").within(-1e3, 1e3).of_the_recording(),
@@ -49,13 +52,13 @@ table! {
 }
 
 impl<D: From<f64>> SensorModel<D> {
-    /// A sensor of this name at the support, without rotation, delay and filter.
+    /// A sensor of this name at the support with a gain of 1, without rotation, delay and filter.
     pub fn new(name: &str) -> Self {
         let zero = || D::from(0.0);
         let zeros = || [zero(), zero(), zero()];
         let (rotation, position) = (zeros(), zeros());
-        let (delay, zero_offset) = (zero(), zero());
-        Self { name: name.into(), rotation, position, delay, zero_offset, low_pass: None }
+        let (gain, delay, zero_offset) = (one(), zero(), zero());
+        Self { name: name.into(), rotation, position, delay, gain, zero_offset, low_pass: None }
     }
 }
 

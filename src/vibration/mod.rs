@@ -22,7 +22,7 @@ pub use frequencies::NaturalFrequency;
 pub use mode::{LinearizationPoint, Mode, ModeKind, ModePlane, Modes};
 pub use name::{ModeFilter, ModeName};
 pub(crate) use thickness::thickness_effects;
-pub(crate) use timoshenko::{LARGEST_FACTOR, USUAL_RATIO};
+pub(crate) use timoshenko::LARGEST_FACTOR;
 
 #[doc(hidden)]
 #[deprecated(since = "0.2.0", note = "renamed to LinearizationPoint")]

@@ -50,6 +50,18 @@ fn modulus_in_gigapascals_is_noted_with_the_strain() {
     assert_eq!(codes("simulate", &plastic), ["large-strain"]);
 }
 
+/// Supported bars of the same thickness, of which only the longer one is slender.
+#[test]
+fn thick_bars_are_noted_by_every_command() {
+    let ends = format!("[supports]\nstart = \"pinned\"\nend = \"roller\"\n{WEIGHT}");
+    let bar = |length: f64, more: &str| rod(length, ROUND, 7850.0, 2e11, &format!("{ends}{more}"));
+    for command in ["static", "modes", "simulate"] {
+        let more = if command == "simulate" { "[time]\nend = 1e-4\n" } else { "" };
+        assert_eq!(codes(command, &bar(0.02, more)), ["thick-rod"], "{command}");
+        assert!(codes(command, &bar(0.2, more)).is_empty(), "{command}");
+    }
+}
+
 /// Silicone strips of 1e5 and 1e6 Pa, a steel bar and a horizontal rod of which nothing is wrong.
 #[test]
 fn usual_scenes_are_not_noted() {

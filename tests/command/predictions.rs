@@ -162,6 +162,11 @@ fn predict_command_takes_motions_and_shapes() {
     // Positions in the file are displaced by 2 mm in one of two coordinates, as the rows above state.
     assert!((worst - 2e-3).abs() < 1e-6 && (mean - 1e-3).abs() < 1e-6, "{error}");
     assert_eq!(folder.json("e.json")["warning_codes"], serde_json::json!([]));
+    // The displacement of 2 mm is many times a noise of 0.1 mm.
+    let precise =
+        ["predict", "scene.toml", "--json", "p.json", "--on", "motion.csv", "--sigma", "1e-4"];
+    succeeds(&folder.run(&precise));
+    assert_eq!(folder.json("p.json")["warning_codes"], serde_json::json!(["beyond-sigma"]));
     // The motion of the tip is not that of a point beside the clamp.
     let near =
         ["predict", "scene.toml", "--json", "n.json", "--on", "motion.csv", "--point", "0.02"];

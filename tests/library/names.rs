@@ -45,7 +45,7 @@ export extend extra extrapolation faults field figure file film find_equilibrium
 finite_difference fit fit_name fit_pattern fit_run fit_statistics fit_summary fitted follower_load
 follower_loads follower_modes foot_point force_rates forces form former_names former_results
 forward_derivatives forward_sensitivity frame frame_products frames free_run frequencies
-frequencies_form gauge gauss_newton generate geometry given_mesh grade grid gripper_frame gripper_pose hash
+frequencies_form gauge gauss_newton generate geometry given_mesh grade gravity_effects grid gripper_frame gripper_pose hash
 held_nodes hermite hessian hints history html hyperelastic hyperelastic_stretch identifiability
 image image_file image_form image_name image_overlay image_placement inertia init initial
 initial_sigmas input input_changes input_directions input_errors input_sensitivities inspect
@@ -74,9 +74,9 @@ residual_tests residuals resolution resolved rest rest_line rod rod_contact rod_
 rotating_bodies rotation rotation_readings rotational_inertia rounding route_length row run sampled
 sampler samples save scalar scaled scan scene scene_catalog scene_file scene_notes schema scheme
 scheme_support score_tests search secant_stiffness section section_profile sensitivity
-sensitivity_carrier sensitivity_growth sensitivity_pipeline sensor sensor_channel sensor_form
+sensitivity_carrier sensitivity_growth sensitivity_pipeline sensor sensor_channel sensor_form sensor_gain_effects
 sensor_model sensor_reference sensor_table settings setup shape shape_columns shape_form shard
-shear_deflection signal signal_curve signal_samples signal_steps simd simulate simulated simulation
+shear shear_deflection signal signal_curve signal_samples signal_steps simd simulate simulated simulation
 skew_part slenderness slip slip_state snapshots soft_clamp space spatial spatial_bodies spatial_inertia
 spatial_motion spectrum splitting spring_rotation stability standardization standing start
 start_forces starts state static_mesh statics status step step_control step_error step_map stepper stiffness
@@ -85,7 +85,7 @@ structure_file structure_film structure_frequencies structure_mesh structure_mot
 structure_point structure_problem structure_recording structure_report structure_run structure_shape
 structure_support structure_warnings study style substitution summaries summary support supports
 sweep sweeps swept_edge swept_pair synthetic_data table table_keys tangent taper target tendon tensions
-term_bound terminal tested_effects tests text_cell thickness time timed_forces timed_loads timing
+term_bound terminal tested_effects tests text_cell thickness thickness_note time timed_forces timed_loads timing
 timoshenko tolerance track track_defect trajectory transposed trial tributary trigonometry tuning
 uncertainty undetected_bias unknown unstable_state usable_rows usd validate validation
 validation_errors vector vibration viscosity vtk warning_list warnings weighted_search work

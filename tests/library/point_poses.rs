@@ -440,7 +440,7 @@ fn tables_and_rigid_bodies_give_the_same_modulus() {
         let r = vector(q).map(f64::to_degrees);
         format!("{t},{},{},{}", r.x, r.y, r.z)
     });
-    let axis_angle = table("frame,ux,uy,uz,angle", &exact, |t, q| {
+    let axis_angle = table("frame,ux,uy,uz,angle[rad]", &exact, |t, q| {
         let (r, frame) = (vector(q), (t / 2e-3).round());
         let axis = r.normalize();
         // Whole turns do not matter.
@@ -501,6 +501,12 @@ fn invalid_poses_are_refused_with_key_and_line() {
         ("", "t,qw,qx,qy,qz\n0.01,1,0,,0\n", "poses.csv:2: found a pose without `qy`"),
         ("", "t,ux,uy,uz,angle\n0.01,1,1,0,0.1\n", "found a rotation axis of the length"),
         ("", "t,rx[m],ry,rz\n0.01,1,0,0\n", "unit [m]"),
+        (
+            "",
+            "t,rx,ry,rz\n0.01,0,30,0\n",
+            "poses.csv:2: found angles up to 30 in the column ry without a unit",
+        ),
+        ("", "t,ux,uy,uz,angle\n0.01,1,0,0,30\n", "angle[deg]"),
         ("", "t,qw,qx,qy,qz\n-0.01,1,0,0,0\n", "time_zero"),
         ("", "frame,qw,qx,qy,qz\n1,1,0,0,0\n", "fps"),
         ("", "t,qw,qx,qy,qz\n5.0,1,0,0,0\n", "time.end"),

@@ -22,6 +22,8 @@ const TURN: f64 = 0.2;
 const DELAY: f64 = 0.0071;
 /// Position of a load cell relative to the wall, m.
 const POSITION: [f64; 3] = [-0.03, 0.01, 0.0];
+/// Gain of a cell.
+const GAIN: f64 = 1.07;
 /// Cutoff frequency, Hz.
 const FREQUENCY: f64 = 20.0;
 
@@ -65,7 +67,8 @@ fn at(readings: &[Reading], time: f64) -> f64 {
     before.value + (after.value - before.value) * (time - t0) / (t1 - t0)
 }
 
-/// Readings of a cell that is turned about z and shows filtered forces later by the delay, at every second step.
+/// Readings of a cell that is turned about z and shows filtered forces times its gain, later by the delay, at every
+/// second step.
 fn delayed(scene: &Scene) -> [Vec<Reading>; 2] {
     let [along, across] = forces(scene);
     let (sine, cosine) = TURN.sin_cos();
@@ -76,7 +79,7 @@ fn delayed(scene: &Scene) -> [Vec<Reading>; 2] {
         let mut shown = filtered(&turned[1..], turned[0].value, FREQUENCY);
         shown.insert(0, turned[0]);
         let times = turned.iter().filter_map(|r| r.time).filter(|t| *t > DELAY).step_by(2);
-        times.map(|t| Reading { time: Some(t), value: at(&shown, t - DELAY) }).collect()
+        times.map(|t| Reading { time: Some(t), value: GAIN * at(&shown, t - DELAY) }).collect()
     })
 }
 
@@ -89,20 +92,22 @@ fn fit_of(scene: &Scene, readings: [Vec<Reading>; 2], sigma: f64) -> Fit {
         fit = fit.observe(Sensor::new(force(axis), readings).sigma(sigma).of_sensor("cell"));
     }
     fit = fit.identify(Unknown::new(Parameter::YoungsModulus).start(1.05e8));
-    for name in ["sensors.cell.rotation.z", "sensors.cell.delay", "sensors.cell.low_pass"] {
+    for number in ["rotation.z", "delay", "low_pass", "gain"] {
+        let name = format!("sensors.cell.{number}");
         fit = fit.identify(Unknown::new(name.parse().unwrap()));
     }
     fit.analyse(same_mesh())
 }
 
 #[test]
-fn rotation_delay_and_filter_are_identified_from_exact_forces() {
+fn rotation_delay_filter_and_gain_are_identified_from_exact_forces() {
     let report = fit_of(&short(), delayed(&short()), 1e-3).solve().unwrap();
     let numbers = [
         ("youngs_modulus", 1e8),
         ("sensors.cell.rotation.z", TURN),
         ("sensors.cell.delay", DELAY),
         ("sensors.cell.low_pass", FREQUENCY),
+        ("sensors.cell.gain", GAIN),
     ];
     for (name, truth) in numbers {
         let off = (value(&report, name) / truth - 1.0).abs();
@@ -185,19 +190,19 @@ fn position_of_a_load_cell_is_identified_and_named() {
     assert_eq!(refusal[0], "sensors.cell.position");
 }
 
-/// Five-point differences of residuals by each of the four numbers, and of the gradient for the Hessian.
+/// Five-point differences of residuals by each of the five numbers, and of the gradient for the Hessian.
 #[test]
 fn derivatives_by_numbers_of_a_sensor_are_those_of_differences() {
     let residuals = fit_of(&short(), delayed(&short()), 0.1).residuals().unwrap();
     // Between two steps, so that no interpolated time meets a step within the difference.
-    let x = [1.1e8_f64.ln(), 0.3, 0.0093, 27.0_f64.ln()];
+    let x = [1.1e8_f64.ln(), 0.3, 0.0093, 27.0_f64.ln(), 0.9_f64.ln()];
     let jacobian = residuals.jacobian_at(&x).unwrap();
     let hessian = residuals.hessian_at(&x).unwrap();
     let gradient = |x: &[f64]| -> Vec<f64> {
         let (rows, r) = (residuals.jacobian_at(x).unwrap(), residuals.residuals(x).unwrap());
-        (0..4).map(|j| rows.iter().zip(&r).map(|(row, r)| row[j] * r).sum()).collect()
+        (0..5).map(|j| rows.iter().zip(&r).map(|(row, r)| row[j] * r).sum()).collect()
     };
-    for (j, h) in [1e-3, 1e-3, 1e-4, 1e-3].into_iter().enumerate() {
+    for (j, h) in [1e-3, 1e-3, 1e-4, 1e-3, 1e-3].into_iter().enumerate() {
         let points = [1.0, -1.0, 2.0, -2.0].map(|k| {
             let mut x = x;
             x[j] += k * h;
@@ -211,11 +216,42 @@ fn derivatives_by_numbers_of_a_sensor_are_those_of_differences() {
             assert!(off < 1e-6 * largest, "row {i}, {j}: {off:e} of {largest:e}");
         }
         let gradients = points.map(|x| gradient(&x));
-        for i in 0..4 {
+        for i in 0..5 {
             let off = (hessian[i][j] - slope([0, 1, 2, 3].map(|p| gradients[p][i]))).abs();
             let size = (hessian[i][i] * hessian[j][j]).abs().sqrt();
             assert!(off < 1e-6 * size, "{i} {j}: {off:e} of {size:e}");
         }
+    }
+}
+
+/// Readings that are 7 % too large: the score test names the gain of the sensors, and the fit with it has the modulus.
+#[test]
+fn gain_of_sensors_without_a_name_is_named_and_identified() {
+    let scene = short();
+    let [along, across] = forces(&scene).map(|readings| {
+        let larger = |own: &Reading| Reading { value: GAIN * own.value, ..*own };
+        readings.iter().map(larger).collect::<Vec<_>>()
+    });
+    let folder = tempfile::tempdir().unwrap();
+    let rows = along
+        .iter()
+        .zip(&across)
+        .skip(1)
+        .map(|(x, y)| format!("{},{},{}\n", x.time.unwrap(), x.value, y.value));
+    let table = format!("t,fx,fy\n{}", rows.collect::<String>());
+    std::fs::write(folder.path().join("cell.csv"), table).unwrap();
+    std::fs::write(folder.path().join("scene.toml"), scene.to_toml().unwrap()).unwrap();
+    let text = "scene = \"scene.toml\"\n[[parameter]]\nname = \"youngs_modulus\"\n[[observation]]\n\
+                quantity = \"force\"\nof = \"start\"\nfile = \"cell.csv\"\nsigma = 1e-3\n";
+    let file = FitFile::from_toml(text, folder.path()).unwrap();
+    let report = file.fit().analyse(of_a_right_mesh()).solve().unwrap();
+    let gain = "sensors.force-sensors.gain";
+    assert_eq!(report.score_tests[0].source, gain, "{report}");
+    let extended = file.extended(&report).unwrap().unwrap();
+    let report = extended.fit().analyse(of_a_right_mesh()).solve().unwrap();
+    for (name, truth) in [("youngs_modulus", 1e8), (gain, GAIN)] {
+        let off = (value(&report, name) / truth - 1.0).abs();
+        assert!(off < 1e-7, "{name} off by {off:e}\n{report}");
     }
 }
 
@@ -345,8 +381,10 @@ fn invalid_sensors_are_named() {
     assert_eq!([&*key, &found, &allowed], ["observation[0].sensor", "\"bell\"", "one of cell"]);
     let none = refusal(&short(), force(0).into(), "cell", None);
     assert_eq!(none[2], "a sensor of the scene, which has no [[sensors]]");
-    scene.sensors[0].rotation = [0.0, 0.1, 0.0];
     let angle = PointChannel::angle(Point::Tip).into();
+    scene.sensors[0].gain = 1.1;
+    assert_eq!(refusal(&scene, angle, "cell", None)[0], "sensors.cell.gain");
+    (scene.sensors[0].gain, scene.sensors[0].rotation) = (1.0, [0.0, 0.1, 0.0]);
     assert_eq!(refusal(&scene, angle, "cell", None)[0], "sensors.cell.rotation");
     let strain = PointChannel::strain(Point::Tip, [1e-3, 0.0]).into();
     assert_eq!(refusal(&scene, strain, "cell", None)[0], "sensors.cell.rotation");

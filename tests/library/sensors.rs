@@ -7,7 +7,7 @@ use rand_distr::{Distribution, Normal};
 use rodfit::dynamics::NodeTable;
 use rodfit::fit::{Channel, FitFile, ReactionPart, Reading, Sensor, Tare};
 use rodfit::scene::{End, Scene, Support};
-use rodfit::{Fit, FitReport, Parameter, Problem, Trajectory};
+use rodfit::{Code, Fit, FitReport, Parameter, Problem, Trajectory};
 
 use crate::calls::{refused, short};
 use crate::common::fits::{record, same_mesh};
@@ -271,4 +271,32 @@ fn invalid_keys_of_sensors_are_named() {
     let fit = Fit::new(&free.problem().unwrap()).observe(sensor).identify(Parameter::YoungsModulus);
     let [key, found, _] = refused(fit.solve());
     assert_eq!((&key[..], &found[..]), ("observation[0].of", "start, a free end"));
+}
+
+/// Angles in a column without a unit are read as rad. Small ones in degrees look the same: the first line says so.
+#[test]
+fn angles_without_a_unit_are_no_trustworthy_result() {
+    let scene = short();
+    let droop = scene.problem().unwrap().equilibrium().unwrap().nodes;
+    let [before, tip] = [droop[droop.len() - 2], droop[droop.len() - 1]];
+    let angle = (tip[1] - before[1]).atan2(tip[0] - before[0]);
+    let folder = files(&scene);
+    let keys = "quantity = \"angle\"\nsigma = 1e-2";
+    for (header, is_stated) in [("angle", false), ("angle[rad]", true)] {
+        std::fs::write(folder.path().join("nodes.csv"), format!("{header}\n{angle}\n{angle}\n"))
+            .unwrap();
+        let report = fit_file(&folder, keys).unwrap().fit().solve().unwrap();
+        let is_named = report.warning_codes.contains(&Code::AssumedUnit);
+        assert_eq!(is_named, !is_stated, "{report}");
+        assert_eq!(report.verdict.contains("read as rad"), !is_stated, "{report}");
+    }
+    std::fs::write(folder.path().join("nodes.csv"), "rx,ry,rz\n0,0,-0.1\n").unwrap();
+    let report =
+        fit_file(&folder, "quantity = \"pose\"\nsigma = 1e-2").unwrap().fit().solve().unwrap();
+    assert!(report.warning_codes.contains(&Code::AssumedUnit), "{report}");
+    // Microstrain without a unit would be a strain of many lengths.
+    std::fs::write(folder.path().join("nodes.csv"), "strain\n512\n").unwrap();
+    let keys = "quantity = \"strain\"\npoint = { arc_length = 0.1 }\noffset = [1e-3, 0.0]";
+    let error = fit_file(&folder, keys).unwrap_err().to_string();
+    assert!(error.contains("strains up to 512") && error.contains("strain[um/m]"), "{error}");
 }

@@ -130,7 +130,7 @@ fn repeated_frames_are_reported_and_lower_the_grade() {
 }
 
 /// A fitted modulus that no solid of the density has lowers the grade, as of a rod whose width and height are
-/// exchanged.
+/// exchanged, and so does one beside the density of no solid, as in g/cm^3.
 #[test]
 fn modulus_too_low_for_the_density_lowers_the_grade() {
     let heavy = |factor: f64| {
@@ -141,9 +141,11 @@ fn modulus_too_low_for_the_density_lowers_the_grade() {
         fit_with(&scene, &data, &UNKNOWNS, of_a_right_mesh())
     };
     // The density of steel, with 6e8 Pa; the motion is the same.
-    let [light, heavy] = [1.0, 6.2].map(heavy);
+    let [light, heavy, dust] = [1.0, 6.2, 1e-3].map(heavy);
     assert!(light.grade == Grade::Trustworthy && !has(&light, "implausible-units"), "{light}");
-    assert!(heavy.grade != Grade::Trustworthy && has(&heavy, "implausible-units"), "{heavy}");
+    for wrong in [heavy, dust] {
+        assert!(wrong.grade != Grade::Trustworthy && has(&wrong, "implausible-units"), "{wrong}");
+    }
 }
 
 /// Frames in which a tracker lost the marker and wrote a constant are refused, also at the start, where they would look

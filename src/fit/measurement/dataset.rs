@@ -122,6 +122,8 @@ pub struct Header {
     pub recording: Option<Recording>,
     /// Numbers of rows of the file that were left out.
     pub dropped: Dropped,
+    /// Name of the column of angles without a unit, which were read as rad; none where the file states the unit.
+    pub(crate) assumed_unit: Option<String>,
     /// Number of the frame of each position of a motion as it was read; empty of other data.
     pub(crate) frames: Vec<f64>,
     /// Pixels of the picture in which the positions of the file were measured; `None` for lengths.

@@ -272,6 +272,7 @@ impl DataKind for PoseReadings {
         let filtered = FilteredReadings { readings: &self.readings, low_pass: self.low_pass };
         self.sensor.check(filtered, problem, key, parameters, check_rotation)?;
         self.sensor.check_without_position(problem)?;
+        self.sensor.check_without_gain(problem)?;
         if self.has_free_mounting {
             header.check_free_nuisance(self.readings.len(), key, "axes and rotation")?;
         }

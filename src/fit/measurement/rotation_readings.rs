@@ -62,11 +62,13 @@ impl RotationReading {
     }
 }
 
-/// The rotations of a file, and the numbers of rows that were left out.
+/// The rotations of a file, the numbers of rows that were left out, and a column without a unit.
 #[derive(Default)]
 pub(crate) struct RecordedRotations {
     pub readings: Vec<RotationReading>,
     pub dropped: Dropped,
+    /// Name of a column of angles without a unit, which were read as rad.
+    pub assumed_unit: Option<String>,
 }
 
 impl RecordedRotations {
@@ -121,6 +123,7 @@ impl SensorTable<'_> {
         } else {
             let table = Table::of_columns(path, &bytes, self.columns)?;
             let columns = RotationColumns::find(&table, |name| table.find(name))?;
+            found.assumed_unit = columns.assumed_unit(&table);
             let clock = self.clock(&table)?;
             self.check_window(&table, clock.is_some())?;
             for row in &table.rows {

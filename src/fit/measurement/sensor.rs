@@ -92,8 +92,8 @@ impl Sensor {
         self
     }
 
-    /// The readings of a sensor of the scene, by its name in `[[sensors]]`: rotation, delay and filter are those of
-    /// this table, and can be identified.
+    /// The readings of a sensor of the scene, by its name in `[[sensors]]`: rotation, gain, delay and filter are those
+    /// of this table, and can be identified.
     pub fn of_sensor(mut self, name: &str) -> Self {
         self.data.sensor = SensorReference(Some(name.into()));
         self
@@ -101,14 +101,19 @@ impl Sensor {
 }
 
 impl SensorReadings {
-    /// The component at all times of a record, without filter, in the frame of the sensor of the scene.
+    /// The component at all times of a record, without filter, in the frame of the sensor of the scene and times its
+    /// gain.
     fn components<D: Scalar>(
         &self,
         record: &RecordView<'_, D>,
         simulated: &SimulatedOutput<D>,
     ) -> Result<Vec<D>, Error> {
         match self.sensor.model(simulated.scene) {
-            Some(model) => self.channel.values_of_sensor(model, record, simulated),
+            Some(model) => {
+                let mut values = self.channel.values_of_sensor(model, record, simulated)?;
+                values.iter_mut().for_each(|value| *value *= model.gain);
+                Ok(values)
+            }
             None => self.channel.values(record, simulated),
         }
     }
@@ -196,6 +201,9 @@ impl DataKind for SensorReadings {
         self.sensor.check(filtered, problem, key, parameters, check_rotation)?;
         if matches!(self.channel, SensorChannel::Point(_)) {
             self.sensor.check_without_position(problem)?;
+        }
+        if self.channel.is_angle() {
+            self.sensor.check_without_gain(problem)?;
         }
         if let Tare::Known(offset) = self.tare {
             ensure(offset.is_finite(), format!("{key}.tare"), offset, "a finite number")?;

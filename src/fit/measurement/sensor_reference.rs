@@ -3,8 +3,8 @@
 //! Input: the name, or none, and a scene over any scalar. Output: the [`SensorModel`], its delay and its filter, and
 //! the [time of the motion](SensorReference::time_of_motion) that a reading shows. `check` rejects a name that no
 //! sensor of the scene has, filters of both the sensor and the observation, and one of readings at rest.
-//! `check_without_position` rejects the position of a sensor at a point, `check_gauge` all numbers of a dial gauge but
-//! its zero offset, which sensors of readings do not have. `require` adds the time of the last reading to
+//! `check_without_position` rejects the position of a sensor at a point, `check_without_gain` the gain of one of angles,
+//! `check_gauge` all numbers of a dial gauge but its zero offset, which sensors of readings do not have. `require` adds the time of the last reading to
 //! the required outputs of a simulation, and `is_delayed` returns whether times are on a clock with a delay. Without a
 //! name the clock is that of the motion.
 
@@ -80,6 +80,14 @@ impl SensorReference {
         let allowed = "0 at a point of the rod: `point` of the observation places the sensor";
         let key = format!("sensors.{name}.position");
         ensure(*position == [0.0; 3], key, format!("{position:?}"), allowed)
+    }
+
+    /// Rejects a sensor of angles or rotations with a gain, which they do not have.
+    pub(crate) fn check_without_gain(&self, problem: &Problem) -> Result<(), Error> {
+        let Some(SensorModel { name, gain, .. }) = self.model(problem.scene()) else {
+            return Ok(());
+        };
+        ensure(*gain == 1.0, format!("sensors.{name}.gain"), gain, "1 of angles and rotations")
     }
 
     /// The sensor of the scene; none without a name. A name that no sensor of the scene has is an error with `key`.

@@ -7,12 +7,14 @@
 //! in brackets: N, mN, kN; `N m`, `mN m`, `N mm`; m/s^2, mm/s^2, g; rad, mrad, deg; 1/m, 1/mm; %, um/m. Output: the
 //! readings of every component that the file has, s and N, N m, m/s^2, rad, 1/m or parts of the length. The numbers of
 //! rows that were left out, before the start and without a value, are output too. A file that is no table or has no
-//! component or reading, other units, angles above a turn without a unit, a blank clock, frames without a rate, times
-//! that are negative without a start or do not increase, and a window without a clock are errors with file and line.
+//! component or reading, other units, angles above a turn or strains above 1 without a unit, a blank clock, frames
+//! without a rate, times that are negative without a start or do not increase, and a window without a clock are errors
+//! with file and line.
 
 use crate::error::Error;
 use crate::fit::measurement::reading::Reading;
 use crate::scene::End;
+use crate::scene::pose_table::turns_without_unit;
 use marker_files::table::{TIMES, Table, TableRow};
 use marker_files::{
     ACCELERATIONS, ANGLES, AccelerationColumns, CURVATURES, ColumnRules, Dropped, FORCES, MOMENTS,
@@ -109,6 +111,8 @@ pub(crate) struct SensorTable<'a> {
 pub(crate) struct ComponentReadings {
     pub components: [Vec<Reading>; 3],
     pub dropped: Dropped,
+    /// Name of the column of an angle without a unit, which was read as rad.
+    pub assumed_unit: Option<String>,
 }
 
 /// Use of a row of a file by its time.
@@ -147,6 +151,7 @@ impl SensorTable<'_> {
         let mut read = ComponentReadings {
             components: std::array::from_fn(|_| Vec::new()),
             dropped: Dropped::default(),
+            assumed_unit: None,
         };
         for row in &table.rows {
             let time = clock.map(|clock| clock.time(&table, row, start)).transpose()?;
@@ -169,33 +174,39 @@ impl SensorTable<'_> {
             }
             read.dropped.empty += usize::from(is_empty);
         }
-        self.check_turns(&table, columns[0].map(|own| own.0), &read.components[0])?;
+        read.assumed_unit =
+            self.assumed_unit(&table, columns[0].map(|own| own.0), &read.components[0])?;
         if !read.components.iter().all(Vec::is_empty) {
             return Ok(read);
         }
         Err(table.error(1, &self.no_reading()).into())
     }
 
-    /// Rejects angles of more than a turn in a column without a unit, which are degrees in most files.
-    fn check_turns(
+    /// Name of the column of an angle without a unit, which is read as rad; none of other quantities. Errors for more
+    /// than a turn, which are degrees in most files, and for strains above 1 in a column without a unit.
+    fn assumed_unit(
         &self,
         table: &Table,
         column: Option<usize>,
         readings: &[Reading],
-    ) -> Result<(), Error> {
-        let Some(column) = column.filter(|_| self.quantity == SensorQuantity::Angle) else {
-            return Ok(());
-        };
-        let (name, unit) = &table.columns[column];
+    ) -> Result<Option<String>, Error> {
+        let column = column.map(|column| &table.columns[column]);
+        let Some((name, _)) = column.filter(|(_, unit)| unit.is_none()) else { return Ok(None) };
         let largest = readings.iter().map(|reading| reading.value.abs()).fold(0.0, f64::max);
-        if unit.is_some() || largest <= TAU {
-            return Ok(());
+        match self.quantity {
+            SensorQuantity::Angle if largest > TAU => {
+                Err(table.error(1, &turns_without_unit(name, largest)).into())
+            }
+            SensorQuantity::Angle => Ok(Some(name.clone())),
+            SensorQuantity::Strain if largest > 1.0 => {
+                let message = format!(
+                    "found strains up to {largest} in the column {name} without a unit, which is a part of the length, \
+                     allowed: {name}[um/m] or {name}[%]"
+                );
+                Err(table.error(1, &message).into())
+            }
+            _ => Ok(None),
         }
-        let message = format!(
-            "found angles up to {largest} in the column {name} without a unit, more than a turn in rad, allowed: \
-             {name}[deg], or {name}[rad] for turns"
-        );
-        Err(table.error(1, &message).into())
     }
 
     /// The start of the motion on the clock of the file, in its unit. A message if it is not finite.

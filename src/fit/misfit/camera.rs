@@ -33,6 +33,8 @@ pub(crate) struct View<D> {
     pixel_scale: D,
     /// Time on the clock of the recording at which the motion starts, s.
     time_offset: D,
+    /// Ratio of recorded to true durations.
+    time_scale: D,
     /// Coefficient of radial distortion, 1/m^2, with its center, m; none without distortion.
     lens: Option<Lens<D>>,
     /// Delay of a rolling shutter, s/m; none without delay.
@@ -66,6 +68,7 @@ impl<D: RodScalar> View<D> {
             rotation: problem.normal().map(|n| camera.in_plane_rotation * n),
             pixel_scale: camera.pixel_scale,
             time_offset: camera.time_offset,
+            time_scale: camera.time_scale,
             lens: (!camera.distortion.is_identically_zero()).then_some(lens),
             row_delay: is_delayed.then_some(camera.row_delay),
         }
@@ -74,7 +77,7 @@ impl<D: RodScalar> View<D> {
 
 impl<D: Scalar> View<D> {
     /// The time of the motion, s, at `time`, s, on the clock of the recording, in the row of the clamp:
-    /// `time - offset`, at least zero, with derivatives by the offset if above zero, without any at zero.
+    /// `(time - offset)/scale`, at least zero, with derivatives by offset and scale if above zero, without any at zero.
     pub fn time(&self, time: f64) -> D {
         self.time_at_delay(time, D::from(0.0))
     }
@@ -95,9 +98,9 @@ impl<D: Scalar> View<D> {
         self.time_at_delay(time, delay)
     }
 
-    /// `time - offset - delay`, s, at least zero, without derivatives at zero.
+    /// `(time - offset - delay)/scale`, s, at least zero, without derivatives at zero.
     fn time_at_delay(&self, time: f64, delay: D) -> D {
-        let since = -self.time_offset - delay + time;
+        let since = (-self.time_offset - delay + time) / self.time_scale;
         if since.value() > 0.0 { since } else { D::from(0.0) }
     }
 
@@ -194,7 +197,7 @@ impl View<f64> {
             let delays = range[c].map(|ends| ends.map(|x| -row_delay * (x - clamp[c])));
             latest += delays.map_or(0.0, |[a, b]| a.max(b));
         }
-        latest
+        latest / self.time_scale
     }
 }
 

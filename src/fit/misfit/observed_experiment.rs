@@ -162,7 +162,7 @@ impl ObservedExperiment {
 
     /// The problem with the parameters at `point`, and the number of time steps up to the last sample; zero without a
     /// measured motion. The mesh layout and the step size stay. The motion lasts longer than the scene, by whole steps,
-    /// where the offset or the row delay of the camera, or the delay of a sensor, requires it. An error beyond
+    /// where the clock or the row delay of the camera, or the delay of a sensor, requires it. An error beyond
     /// [`MAX_DURATION_RATIO`] times the duration of scene or recording.
     pub(super) fn problem_and_steps(
         &self,
@@ -180,7 +180,7 @@ impl ObservedExperiment {
             &self.required;
         let camera = problem.scene().camera;
         let end = match camera.row_delay == [0.0; 3] {
-            true => last_recorded - camera.time_offset,
+            true => (last_recorded - camera.time_offset) / camera.time_scale,
             false => View::new(&problem, |_, x| x).latest_time(*last_recorded, recorded_range),
         };
         let of_sensor = |last: &DelayedReading| {
@@ -191,7 +191,8 @@ impl ObservedExperiment {
         let last_delayed = last_delayed.iter().map(|last| last.time).fold(*last_recorded, f64::max);
         let longest = MAX_DURATION_RATIO * time.end.max(last_delayed);
         if end > longest {
-            let words = "camera.time_offset, camera.row_delay or the delay of a sensor requires a longer motion than allowed";
+            let words = "camera.time_offset, camera.time_scale, camera.row_delay or the delay of a sensor requires a longer motion \
+                         than allowed";
             return Err(Error::Fit(format!("{words} ({end:.3e} s, at most {longest:.3e} s)")));
         }
         let steps = ((end / time.step_size() - 1e-9).ceil().max(1.0)) as usize;

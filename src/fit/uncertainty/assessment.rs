@@ -65,7 +65,8 @@ use crate::fit::uncertainty::resampling::cluster_jackknife::{
 };
 use crate::fit::uncertainty::warning_list::{Severity, Warnings};
 use crate::fit::uncertainty::warnings::data::{
-    growing_sensitivities, halved_steps, high_leverage, recording_defects, steps_too_large,
+    assumed_units, growing_sensitivities, halved_steps, high_leverage, recording_defects,
+    steps_too_large,
 };
 use crate::fit::uncertainty::warnings::noise_comparison::{near_copies, unequal_noise};
 use crate::fit::uncertainty::warnings::parameters::{
@@ -312,6 +313,7 @@ pub(crate) fn assess(
              rod.segments and time.step",
         );
     }
+    assumed_units(search.experiments, &mut warnings);
     if is_tested {
         near_copies(explained, &mut warnings);
         unequal_noise(explained, &sigma, adequacy, &mut warnings);

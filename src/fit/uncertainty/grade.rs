@@ -205,13 +205,16 @@ fn coarse_discretization(warnings: &Warnings) -> String {
 }
 
 /// Verdict on residuals that are autocorrelated noise or a missing effect: [`MINOR`] if all misfits are minor. If the
-/// first warning of the severity `Ambiguous` is of outliers or near copies, it names these; else it names both causes.
+/// first warning of the severity `Ambiguous` is of outliers, near copies or a missing unit, it names these; else it
+/// names both causes.
 fn correlated_or_missing(warnings: &Warnings) -> &'static str {
     if warnings.has_only_minor_misfits() {
         MINOR
     } else if warnings.first_code(Severity::Ambiguous) == Some(Code::NearCopy) {
         "two shapes have the same errors, and the intervals are too narrow. Remove one of them, or measure \
          the shape anew"
+    } else if warnings.first_code(Severity::Ambiguous) == Some(Code::AssumedUnit) {
+        "angles without a unit were read as rad. State the unit in the header of the column, as in angle[deg]"
     } else if warnings.first_code(Severity::Ambiguous) == Some(Code::Outliers) {
         "outliers bias the estimates, or an effect is missing in the model. Use a robust loss \
          (huber, cauchy) before looking for an effect"

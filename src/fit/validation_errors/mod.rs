@@ -41,11 +41,11 @@ impl Fit {
         check_predicted(&self.experiments)?;
         check_recorded(&self.experiments)?;
         let mut report = compare_all(&self.experiments, self.keep_plot_data)?;
-        let warnings: Vec<String> =
+        let warnings: Vec<(Code, String)> =
             report.errors.iter().filter_map(MeasurementError::warning).collect();
-        for words in warnings {
-            report.warnings.push(Code::LargePredictionError.behind(words));
-            report.warning_codes.push(Code::LargePredictionError);
+        for (code, words) in warnings {
+            report.warnings.push(code.behind(words));
+            report.warning_codes.push(code);
         }
         if !self.unknowns.is_empty() {
             let names = distinct(self.unknowns.iter().map(|u| u.parameter.to_string()));

@@ -47,21 +47,36 @@ pub struct MeasurementError {
 }
 
 impl MeasurementError {
-    /// The warning text of a prediction that is worse than no motion at all, by more than the noise explains; `None` of
-    /// others.
-    pub(super) fn warning(&self) -> Option<String> {
-        let beyond_noise = self.sigma.is_none_or(|sigma| self.rms > NOISE_LIMIT * sigma);
-        let relative = self.relative.filter(|relative| *relative > 1.0 && beyond_noise)?;
+    /// The warning of a prediction that is worse than no motion at all, or else of an error above [`NOISE_LIMIT`] times
+    /// the stated noise; `None` of others.
+    pub(super) fn warning(&self) -> Option<(Code, String)> {
+        let sigmas = self.sigma.map(|sigma| self.rms / sigma);
+        if sigmas.is_some_and(|sigmas| sigmas <= NOISE_LIMIT) {
+            return None;
+        }
+        let (code, finding) = match (self.relative, sigmas) {
+            (Some(relative), _) if relative > 1.0 => (
+                Code::LargePredictionError,
+                format!(
+                    "the error is {:.0} % of the measured change, more than that of no change at all. Check the \
+                     observed point, time_zero, scale, axes, origin and units before the model",
+                    100.0 * relative
+                ),
+            ),
+            (_, Some(sigmas)) => (
+                Code::BeyondSigma,
+                format!(
+                    "the RMS error is {sigmas:.1} times the stated sigma. The scene does not have the values or \
+                     the effects of this recording, or sigma is too small"
+                ),
+            ),
+            _ => return None,
+        };
         let experiment = match &self.experiment[..] {
             "" => String::new(),
             name => format!("{name}: "),
         };
-        Some(format!(
-            "{experiment}{}: the error is {:.0} % of the measured change, more than that of no change at all. Check the \
-             observed point, time_zero, scale, axes, origin and units before the model",
-            self.observation,
-            100.0 * relative
-        ))
+        Some((code, format!("{experiment}{}: {finding}", self.observation)))
     }
 }
 

@@ -1,10 +1,13 @@
-//! Omitted effects whose numbers and sizes depend on an experiment: those of structures, load cells and dial gauges.
+//! Omitted effects whose numbers and sizes depend on an experiment: those of structures, load cells, gains of sensors,
+//! gravity and dial gauges.
 //! All others are in the table of omitted effects.
 //!
 //! [`ExperimentEffect`] is one such effect: number, plausible size, and the experiment that would distinguish it from
 //! the parameters. It adds an [`EffectTerm`] to the scene: that of a
 //! [structure](crate::fit::uncertainty::discrepancy::structure_effects), of a [load
-//! cell](crate::fit::uncertainty::discrepancy::load_cell_effects) or of a [dial
+//! cell](crate::fit::uncertainty::discrepancy::load_cell_effects), of a [sensor with a
+//! gain](crate::fit::uncertainty::discrepancy::sensor_gain_effects), of
+//! [gravity](crate::fit::uncertainty::discrepancy::gravity_effects) or of a [dial
 //! gauge](crate::fit::uncertainty::discrepancy::dial_gauge_effects). `EffectTerm::effects` lists all effects of an
 //! experiment, `add_to` adds the term of one to it.
 

@@ -1,6 +1,6 @@
 //! Effects that a scene may omit: terms of size zero, and numbers that may have errors.
 //!
-//! [`OMITTED_EFFECTS`] is the table of the 24 effects that score tests of fits of one rod examine (those of structures
+//! [`OMITTED_EFFECTS`] is the table of the 25 effects that score tests of fits of one rod examine (those of structures
 //! are in `structure_effects`). Each effect is a number of the scene, given by its path, by which the residuals are
 //! differentiated like by any parameter; a taper changes two numbers together. Where a scene does not have the number,
 //! a term with it is added: of the size zero, or of a small size ([`TRACE`]) where scenes do not allow zero.
@@ -34,6 +34,8 @@ const AIR_DRAG: f64 = 0.72;
 const ANGLE: f64 = 0.01;
 /// Plausible relative error of a length or a scale by eye.
 pub(crate) const LENGTH: f64 = 5e-3;
+/// Plausible relative error of the frame rate of a camera: rates of telephones vary, and nominal ones are rounded.
+const FRAME_RATE: f64 = 2e-3;
 /// Plausible relative error of a dimension of the section by calipers.
 pub(crate) const SECTION: f64 = 0.01;
 /// Plausible mass of a marker over that of the rod.
@@ -110,6 +112,8 @@ const FRICTION: &str = "loads.damping.friction.stiffness";
 const GRIP_STIFFNESS: &str = "rod.taper.youngs_modulus.0";
 /// Path of the stiffness of a second Maxwell branch.
 const SECOND_BRANCH: &str = "loads.damping.maxwell.1.stiffness";
+/// Path of the time scale of the recording.
+const TIME_SCALE: &str = "camera.time_scale";
 /// Path of the first attached mass.
 const TIP_MASS: &str = "rod.mass.0.mass";
 /// Path of the coefficient of nonlinear bending.
@@ -119,7 +123,7 @@ const CLAMP_ROTATIONS: [&str; 2] =
     ["supports.start_compliance.rotation", "supports.end_compliance.rotation"];
 
 /// All omitted effects that a fit tests, in the order of the tests.
-pub(crate) const OMITTED_EFFECTS: [OmittedEffect; 24] = [
+pub(crate) const OMITTED_EFFECTS: [OmittedEffect; 25] = [
     OmittedEffect {
         path: CLAMP_ROTATIONS[0],
         name: "compliant clamp",
@@ -322,6 +326,14 @@ pub(crate) const OMITTED_EFFECTS: [OmittedEffect; 24] = [
         ..EVERY_SCENE
     },
     OmittedEffect {
+        path: TIME_SCALE,
+        name: "different frame rate",
+        test: "record a clock, or a light that blinks at a known rate",
+        plausible: |s| s.picture.map(|_| FRAME_RATE),
+        absent: Some(1.0),
+        ..EVERY_SCENE
+    },
+    OmittedEffect {
         path: "camera.pixel_scale",
         name: "different scale of the recording",
         test: "place a scale in the plane of motion",
@@ -409,7 +421,7 @@ impl OmittedEffect {
 
     /// Whether a scene states the effect, or cannot have it. It states the effect if its number differs from `absent`.
     /// Any attached mass states the tip mass, any friction internal friction, and a taper of the modulus the stiffness
-    /// at the grip. Effects of `supports` require a clamped end (start or end of the rod).
+    /// at the grip. Another frame rate is excluded where a recording moves an end. Effects of `supports` require a clamped end (start or end of the rod).
     fn is_excluded_by(&self, scene: &Scene) -> bool {
         // A number at another value than that of an absent effect is stated.
         let own = self.absent.zip(self.parameter().of(scene));
@@ -419,6 +431,8 @@ impl OmittedEffect {
                 TIP_MASS => !scene.rod.mass.is_empty(),
                 FRICTION => scene.loads.damping.friction.is_some(),
                 GRIP_STIFFNESS => scene.rod.taper.youngs_modulus.is_some(),
+                // The recording that moves an end has the same clock.
+                TIME_SCALE => scene.supports.path.is_some(),
                 path => path.starts_with("supports.") && !has_clamp,
             }
     }

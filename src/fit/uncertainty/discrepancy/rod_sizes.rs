@@ -38,6 +38,8 @@ pub(crate) struct RodSizes {
     pub frequency: Option<f64>,
     /// Least mean time between two samples of a record, s; none without a record of several samples.
     pub frame: Option<f64>,
+    /// Least mean time between two positions of a point, s; none without recorded motions.
+    pub picture: Option<f64>,
     /// Delay of a rolling shutter that reads the length of the rod along y in one frame, s/m; none in space, without
     /// recorded points, or where a measurement has no y coordinate.
     pub row_delay: Option<f64>,
@@ -90,6 +92,7 @@ impl RodSizes {
             // The first extreme is half a period after the start.
             frequency: experiment.rise_time().map(|time| PI / time),
             frame,
+            picture,
             row_delay: picture.filter(|_| is_pictured && has_coordinate(1)).map(|t| t / length),
             distortion: (is_pictured && has_picture).then_some(DISTORTION / (length * length)),
             // A tip load deflects the tip by k L^2/3 for the curvature k at the clamp.

@@ -2,8 +2,8 @@
 //! large strains.
 //!
 //! [`scene_notes`] examines the scenes of all experiments at the values of the optimum, and adds each note once to the
-//! warnings of a fit. Notes do not lower the grade. A fitted Young's modulus of no solid does, and so do strains above
-//! [`IMPOSSIBLE_STRAIN`]. Structures are not examined: one note lists which effects are not
+//! warnings of a fit. Notes do not lower the grade. A fitted Young's modulus of no solid does, and so do one beside the density of
+//! no solid, and strains above [`IMPOSSIBLE_STRAIN`]. Structures are not examined: one note lists which effects are not
 //! assessed for them. A strain above `LARGEST_STRAIN`, the limit of a linear material, has a note, for the first such
 //! experiment only. Strains of measured shapes at rest are those of the equilibrium. Strains of a measured motion are
 //! the largest of a simulation.
@@ -57,6 +57,8 @@ pub(crate) fn scene_notes(fitted: Fitted, warnings: &mut Warnings) {
             (false, false) => Purpose::Modes,
         };
         let mut notes = problem.plausibility_notes(purpose);
+        // Thick rods have warnings with the bias of the estimates.
+        notes.retain(|(code, _)| *code != Code::ThickRod);
         // Equilibria and modes beside a motion have their own warnings.
         let has_modes = experiment.measurements.iter().any(|m| !m.requirements().modes.is_empty());
         if purpose == Purpose::Motion && (at_rest || has_modes) {
@@ -83,7 +85,9 @@ pub(crate) fn scene_notes(fitted: Fitted, warnings: &mut Warnings) {
             if !added.contains(&same) {
                 added.push(same);
                 let is_wrong = match code {
-                    Code::ImplausibleUnits => fits_modulus && problem.has_implausible_modulus(),
+                    Code::ImplausibleUnits => {
+                        fits_modulus && problem.has_implausible_material(purpose)
+                    }
                     Code::LargeStrain => largest_strain > IMPOSSIBLE_STRAIN,
                     _ => false,
                 };

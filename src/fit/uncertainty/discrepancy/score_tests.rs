@@ -74,6 +74,10 @@ const CERTAIN: f64 = 1e-3;
 const SMALL_BIAS: f64 = 1.0;
 /// Corrected p-value from which on the evidence for an omitted effect is called weak.
 const STRONG_EVIDENCE: f64 = 0.01;
+/// Estimated angle, rad, from which on the linearization of its effect has no meaning.
+const LARGEST_ANGLE: f64 = 1.0;
+/// Largest change of gravity over its size: a wrong sign, with a margin for the linearization.
+const LARGEST_GRAVITY: f64 = 2.5;
 /// Corrected p-value on a coarse model below which the full model is tested.
 const SUSPICIOUS: f64 = 0.2;
 
@@ -115,8 +119,17 @@ fn p_value(sigmas: f64, is_one_sided: bool, freedom: Option<f64>) -> f64 {
 }
 
 /// Whether the number of a tested effect plus its estimated change is above zero in every scene of `experiments` with
-/// that number; true for numbers that may be negative or zero.
+/// that number, or may be negative or zero. Angles of [`LARGEST_ANGLE`] and more are not possible either, nor are
+/// changes of gravity by more than [`LARGEST_GRAVITY`] times its largest component.
 fn is_possible(test: &ScoreTest, experiments: &[Experiment]) -> bool {
+    if test.unit == "rad" && test.estimate.abs() >= LARGEST_ANGLE {
+        return false;
+    }
+    if test.source.starts_with("loads.gravity.") {
+        let gravity = experiments.iter().flat_map(|e| e.problem.scene().loads.gravity);
+        let largest = gravity.map(f64::abs).fold(0.0, f64::max);
+        return test.estimate.abs() <= LARGEST_GRAVITY * largest;
+    }
     let Ok(parameter) = test.source.parse::<Parameter>() else { return true };
     let Quantity { is_positive, may_vanish, .. } = parameter.quantity();
     let values = experiments.iter().filter_map(|e| parameter.of(e.problem.scene()));
@@ -248,7 +261,7 @@ impl ScoreTestInputs<'_> {
                 test.p_value = corrected(test.p_value);
                 test.p_value_if_correlated = test.p_value_if_correlated.map(corrected);
             }
-            // Numbers that no rod has, as negative densities, are no causes.
+            // Numbers that no rod has, as negative densities or whole turns, are no causes.
             scored.retain(|ScoredEffect { test, .. }| is_possible(test, &experiments));
             ranked(scored, residuals, |along| statistics.variance_along(along).variance)
         };

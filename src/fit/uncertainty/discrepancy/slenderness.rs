@@ -33,10 +33,10 @@ use crate::fit::unknown::Unknown;
 use crate::numerics::total_order;
 use crate::numerics::vector::{add, dot, scale, sub};
 use crate::problem::Problem;
+use crate::scene::shear::USUAL_RATIO;
 use crate::scene::{Parameter, Scene};
 use crate::vibration::{
-    LARGEST_FACTOR, LinearizationPoint, ModeFilter, ModeKind, ModeName, USUAL_RATIO,
-    thickness_effects,
+    LARGEST_FACTOR, LinearizationPoint, ModeFilter, ModeKind, ModeName, thickness_effects,
 };
 use std::cmp::Reverse;
 use std::f64::consts::PI;

@@ -1,13 +1,14 @@
 //! Omitted effects of a fit with their plausible sizes, and the experiments with their terms added.
 //!
-//! [`ExtendedExperiments::new`] selects effects from the table of omitted effects, then those of structures, load cells
-//! and dial gauges. It leaves out effects whose number is identified or a known input in any experiment, or that the
+//! [`ExtendedExperiments::new`] selects effects from the table of omitted effects, then those of structures, load cells,
+//! gains of sensors, gravity and dial gauges. It leaves out effects whose number is identified or a known input in any experiment, or that the
 //! scenes state, do not define or exclude beside such a parameter. The terms of all others are added to copies of the
 //! experiments; each takes those that its scene can have. The plausible size is that of the first experiment in which
 //! an effect of the table is defined, unless the options of the fit give one; other effects always have the usual one.
 //! The results are these experiments, and each effect with the change of the scenes by its plausible size, in the unit
 //! of its number. An effect that no scene can have is left out. Values of the optimum that a scene does not allow are
-//! an error. Score tests differentiate the residuals by these changes.
+//! an error. Score tests differentiate the residuals by these changes. [`add_effect`] adds a single effect of one rod, for
+//! fits with it as a further unknown.
 
 use crate::error::Error;
 use crate::fit::known::Known;
@@ -17,9 +18,11 @@ use crate::fit::uncertainty::analysis::Analysis;
 use crate::fit::uncertainty::budget::input_changes::InputChange;
 use crate::fit::uncertainty::discrepancy::dial_gauge_effects::DialGauge;
 use crate::fit::uncertainty::discrepancy::experiment_effect::{EffectTerm, ExperimentEffect};
+use crate::fit::uncertainty::discrepancy::gravity_effects::GravityChange;
 use crate::fit::uncertainty::discrepancy::load_cell_effects::LoadCell;
 use crate::fit::uncertainty::discrepancy::omitted_effects::{OMITTED_EFFECTS, OmittedEffect};
 use crate::fit::uncertainty::discrepancy::rod_sizes::RodSizes;
+use crate::fit::uncertainty::discrepancy::sensor_gain_effects::SensorGain;
 use crate::fit::uncertainty::discrepancy::structure_effects::StructureTerm;
 use crate::fit::unknown::Unknown;
 use crate::scene::Parameter;
@@ -104,9 +107,32 @@ impl ExtendedExperiments {
         }
         effects.extend(effects_of_experiments::<StructureTerm>(&mut experiments, &stated));
         effects.extend(effects_of_experiments::<LoadCell>(&mut experiments, &stated));
+        effects.extend(effects_of_experiments::<SensorGain>(&mut experiments, &stated));
+        effects.extend(effects_of_experiments::<GravityChange>(&mut experiments, &stated));
         effects.extend(effects_of_experiments::<DialGauge>(&mut experiments, &stated));
         Ok(Self { experiments, effects })
     }
+}
+
+/// Adds the term of the effect whose number is at `path` to an experiment of one rod, unless it has it already. Returns
+/// the plausible size in the unit of the number; `None` where the experiment cannot have the effect, and for all other
+/// numbers.
+pub(crate) fn add_effect(path: &str, experiment: &mut Experiment, sizes: &RodSizes) -> Option<f64> {
+    if let Some(effect) = OMITTED_EFFECTS.iter().find(|effect| effect.path == path) {
+        experiment.problem = effect.added(&experiment.problem, sizes)?;
+        return Some((effect.plausible)(sizes).unwrap_or(0.0));
+    }
+    add_effect_of_experiment::<LoadCell>(path, experiment)
+        .or_else(|| add_effect_of_experiment::<SensorGain>(path, experiment))
+        .or_else(|| add_effect_of_experiment::<GravityChange>(path, experiment))
+        .or_else(|| add_effect_of_experiment::<DialGauge>(path, experiment))
+}
+
+/// Adds the effect with the term `T` whose number is at `path` to an experiment; its plausible size, or `None` where
+/// the experiment has no such effect.
+fn add_effect_of_experiment<T: EffectTerm>(path: &str, experiment: &mut Experiment) -> Option<f64> {
+    let effect = T::effects(experiment).into_iter().find(|effect| effect.path == path)?;
+    T::add_to(&effect, experiment).then_some(effect.size)
 }
 
 /// Adds the effects with terms `T` to the `experiments`, in place, each to those that can have it. Returns these

@@ -3,16 +3,17 @@
 //!
 //! Each function receives a result of an earlier stage, or the experiments, and adds its warnings to the list, as
 //! *finding. consequence. action.* with a code. Halved steps (unless the fit converged to residuals of noise) and too
-//! large steps have the severity `Numerics`, repeated frames `Misfit`; these lower the grade. All others are notes:
+//! large steps have the severity `Numerics`, repeated frames `Misfit`, angles without a unit `Ambiguous`; these lower the grade. All others are notes:
 //! constant coordinates, defects of recordings that move supports and of samples of signals, exponentially growing
 //! sensitivities, and leverage weights below 1 (unless growing sensitivities are their cause).
 
 use crate::code::Code;
 use crate::fit::measurement::constant_axes::ConstantAxis;
-use crate::fit::measurement::experiment::Experiment;
+use crate::fit::measurement::experiment::{Experiment, all};
 use crate::fit::measurement::repeated_frames::RepeatedFrames;
 use crate::fit::search::fitted::{Fitted, MeasuredResiduals};
 use crate::fit::uncertainty::warning_list::{Severity, Warnings};
+use std::path::Path;
 
 /// Adds a warning of the severity `Numerics` of an optimum that is inexact because the integrator halved time steps
 /// there, which makes the misfit discontinuous. Nothing is added where the fit converged and its residuals are noise.
@@ -51,6 +52,29 @@ pub(crate) fn constant_axes(axes: &[ConstantAxis], warnings: &mut Warnings) {
              of the noise estimate. Leave the column out of the file"
         );
         warnings.add_for("", Severity::Note, Code::ConstantAxis, text);
+    }
+}
+
+/// Adds a warning of the severity `Ambiguous` for each file whose angles have no unit and were read as rad: small ones
+/// in degrees look the same, and change the estimates by orders of magnitude.
+pub(crate) fn assumed_units(experiments: &[Experiment], warnings: &mut Warnings) {
+    let mut files: Vec<&Path> = Vec::new();
+    for (experiment, measurement) in all(experiments).filter(|(_, own)| !own.planned()) {
+        let (Some(column), Some(file)) =
+            (&measurement.header.assumed_unit, &measurement.header.source)
+        else {
+            continue;
+        };
+        if files.contains(&&**file) {
+            continue;
+        }
+        files.push(file);
+        let text = format!(
+            "{}: the column {column} has no unit and was read as rad. If it is in degrees, the estimates are wrong by \
+             orders of magnitude. State {column}[rad] or {column}[deg] in the header",
+            experiment.label(measurement)
+        );
+        warnings.add_for(&experiment.name, Severity::Ambiguous, Code::AssumedUnit, text);
     }
 }
 
