@@ -80,8 +80,7 @@ fn solved(scene: &Scene, data: Observation, unknowns: &[&str]) -> FitReport {
 }
 
 /// A film at 240 frames per second that is read as one at 250: from exact data the ratio of both clocks is found beside
-/// the modulus, of a rod that swings by its weight. Without it the modulus is 8 % off, and the score test names the
-/// frame rate.
+/// the modulus, of a rod that swings by its weight. Without it a score test of the first rank names the frame rate.
 #[test]
 fn frame_rate_is_identified_and_named() {
     let truth = scene();
@@ -97,7 +96,9 @@ fn frame_rate_is_identified_and_named() {
     add_noise(&mut data, SIGMA, 1);
     let report = solved(&truth, data.sigma(SIGMA), &["camera.time_offset"]);
     println!("{report}");
-    assert_eq!(report.score_tests[0].source, "camera.time_scale", "{report}");
+    // Gravity of another size has the same effect; the data cannot separate them.
+    let best = report.score_tests.iter().filter(|test| test.rank == 1);
+    assert!(best.map(|test| &test.source).any(|source| source == "camera.time_scale"), "{report}");
 }
 
 /// From exact data of a recording with both effects, all their numbers and the modulus are found to 1e-7.

@@ -224,7 +224,8 @@ fn derivatives_by_numbers_of_a_sensor_are_those_of_differences() {
     }
 }
 
-/// Readings that are 7 % too large: the score test names the gain of the sensors, and the fit with it has the modulus.
+/// Readings that are 7 % too large: the score test names the gain of the sensors beside a larger density and modulus,
+/// which have the same effect. The fit with the gain has the modulus.
 #[test]
 fn gain_of_sensors_without_a_name_is_named_and_identified() {
     let scene = short();
@@ -246,9 +247,13 @@ fn gain_of_sensors_without_a_name_is_named_and_identified() {
     let file = FitFile::from_toml(text, folder.path()).unwrap();
     let report = file.fit().analyse(of_a_right_mesh()).solve().unwrap();
     let gain = "sensors.force-sensors.gain";
-    assert_eq!(report.score_tests[0].source, gain, "{report}");
-    let extended = file.extended(&report).unwrap().unwrap();
-    let report = extended.fit().analyse(of_a_right_mesh()).solve().unwrap();
+    let best = report.score_tests.iter().filter(|test| test.rank <= 2);
+    let mut best: Vec<&str> = best.map(|test| &test.source[..]).collect();
+    best.sort_unstable();
+    assert_eq!(best, ["material.density", gain], "{report}");
+    let extensions = file.extensions(&report).unwrap();
+    let extended = extensions.iter().find(|extended| extended.term.contains(gain)).unwrap();
+    let report = extended.file.fit().analyse(of_a_right_mesh()).solve().unwrap();
     for (name, truth) in [("youngs_modulus", 1e8), (gain, GAIN)] {
         let off = (value(&report, name) / truth - 1.0).abs();
         assert!(off < 1e-7, "{name} off by {off:e}\n{report}");
@@ -414,7 +419,7 @@ fn sensor_of_a_fit_file_is_identified() {
     }
     std::fs::write(place("cell.csv"), table).unwrap();
     let mut scene = with_sensor(&short());
-    scene.sensors[0].low_pass = Some(FREQUENCY);
+    (scene.sensors[0].low_pass, scene.sensors[0].gain) = (Some(FREQUENCY), GAIN);
     std::fs::write(place("scene.toml"), scene.to_toml().unwrap()).unwrap();
     let text = "scene = \"scene.toml\"\n[[parameter]]\nname = \"material.youngs_modulus\"\n\
                 [[parameter]]\nname = \"sensors.cell.rotation.z\"\n\

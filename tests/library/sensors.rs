@@ -290,7 +290,7 @@ fn angles_without_a_unit_are_no_trustworthy_result() {
         assert_eq!(is_named, !is_stated, "{report}");
         assert_eq!(report.verdict.contains("read as rad"), !is_stated, "{report}");
     }
-    std::fs::write(folder.path().join("nodes.csv"), "rx,ry,rz\n0,0,-0.1\n").unwrap();
+    std::fs::write(folder.path().join("nodes.csv"), "rx,ry,rz\n0,0,-0.1\n0,0,-0.1\n").unwrap();
     let report =
         fit_file(&folder, "quantity = \"pose\"\nsigma = 1e-2").unwrap().fit().solve().unwrap();
     assert!(report.warning_codes.contains(&Code::AssumedUnit), "{report}");

@@ -8,12 +8,14 @@
 //! two conditions, with the z-scores `a` of the best and `b` of the other. First, the part of the other's direction
 //! orthogonal to the best one correlates with the residuals by no more than noise does (below [`NOISE`] standard
 //! deviations). Second, the best is not significantly better, `a^2 - b^2 < 1.645^2`. Effects of the wrong sign join
-//! none.
+//! none. Within a rank, which the data cannot order, the effect with the smallest size over its plausible one is first,
+//! after it the others that are significant.
 //!
 //! If the other effect is the cause, this difference has the mean `-m` and the standard deviation `2 sqrt(m)`, where
 //! `m` measures the difference of the directions. It exceeds the limit in at most 5 % of all cases, for any `m`.
 
 use crate::fit::uncertainty::discrepancy::findings::ScoreTest;
+use crate::numerics::total_order;
 use nalgebra::DVector;
 use std::cmp::Ordering;
 
@@ -31,6 +33,8 @@ pub(crate) struct ScoredEffect {
     pub test: ScoreTest,
     /// Norm of the part of the weighted residuals that the effect explains; 0 for an effect of the wrong sign.
     pub explained: f64,
+    /// Estimated size, in plausible sizes.
+    pub sizes: f64,
     /// Change of the weighted residuals by the effect, orthogonal to the Jacobian.
     pub direction: DVector<f64>,
 }
@@ -69,8 +73,11 @@ pub(crate) fn ranked(
         let (same, others): (Vec<_>, Vec<_>) =
             scored.into_iter().partition(|other| is_significant && is_inseparable(&best, other));
         scored = others;
-        let with_rank = |scored: ScoredEffect| ScoreTest { rank, ..scored.test };
-        ranked.extend(std::iter::once(best).chain(same).map(with_rank));
+        let mut group: Vec<ScoredEffect> = std::iter::once(best).chain(same).collect();
+        let by_plausibility =
+            |own: &ScoredEffect| (!own.test.is_significant(), total_order(own.sizes.abs()));
+        group.sort_by_cached_key(by_plausibility);
+        ranked.extend(group.into_iter().map(|scored| ScoreTest { rank, ..scored.test }));
     }
     ranked
 }
@@ -88,7 +95,8 @@ fn order(a: &ScoredEffect, b: &ScoredEffect) -> Ordering {
 mod tests {
     use super::*;
 
-    /// Indices and ranks of effects along `directions`, for noise with a standard deviation of 1.
+    /// Indices and ranks of effects along `directions`, for noise with a standard deviation of 1. Effect `k` has `3 - k`
+    /// plausible sizes.
     fn ranks(directions: &[[f64; 3]], residuals: [f64; 3]) -> Vec<[usize; 2]> {
         let residuals = DVector::from_column_slice(&residuals);
         let scored = |(k, direction): (usize, &[f64; 3])| {
@@ -107,18 +115,19 @@ mod tests {
                 biased_parameter: String::new(),
                 relative_bias: None,
             };
-            ScoredEffect { test, explained: sigmas.abs(), direction }
+            ScoredEffect { test, explained: sigmas.abs(), sizes: 3.0 - k as f64, direction }
         };
         let scored = directions.iter().enumerate().map(scored).collect();
         let tests = ranked(scored, &residuals, |direction| direction.norm_squared());
         tests.into_iter().map(|test| [test.source.parse().unwrap(), test.rank]).collect()
     }
 
-    /// Effects 1 and 2 have nearly one direction. Effect 0 explains the residuals orthogonal to it.
+    /// Effects 1 and 2 have nearly one direction; the size of effect 2 is more plausible. Effect 0 explains the residuals
+    /// orthogonal to it.
     #[test]
     fn effects_with_one_direction_share_a_rank() {
         let directions = [[0.0, 0.0, 1.0], [2.0, 0.1, 0.0], [1.0, 0.0, 0.0]];
-        assert_eq!(ranks(&directions, [6.0, 0.5, 4.0]), [[1, 1], [2, 1], [0, 2]]);
+        assert_eq!(ranks(&directions, [6.0, 0.5, 4.0]), [[2, 1], [1, 1], [0, 2]]);
     }
 
     /// Directions at a cosine of 0.8: 8 and 6.4 standard deviations differ significantly, 3 and 3 do not.

@@ -342,6 +342,6 @@ impl TestedEffect {
             biased_parameter: parameter,
             relative_bias: relative.filter(|relative| relative.is_finite()),
         };
-        ScoredEffect { test, explained: explained / direction.norm(), direction }
+        ScoredEffect { test, explained: explained / direction.norm(), sizes, direction }
     }
 }
