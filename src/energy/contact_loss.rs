@@ -24,7 +24,7 @@
 //! Input: a contact with its numbers, unknowns and velocities of an edge. Output: minus the forces on these unknowns
 //! (`forces`, N, N m for the angle), as for a gradient. Also their derivatives (`tangent`) by the unknowns at the end
 //! of a step, on which the velocities depend linearly; they are computed in dual numbers and not symmetric. `touches`
-//! is whether there is an overlap.
+//! is whether there is an overlap. `drag_over_slip` is the law of friction.
 
 use crate::energy::autodiff::jacobian;
 use crate::energy::edge_contact::{EdgeContact, GAUSS};
@@ -35,6 +35,16 @@ use crate::scene::contact::ContactLoss;
 
 /// Part of the slip velocity that is added to the speed, as the root of the sum of squares: friction is smooth at rest.
 const STILL: f64 = 1e-3;
+
+/// Friction over that of Coulomb's law and over the `slip`, the velocity along the surface, m/s; s/m.
+pub(crate) fn drag_over_slip<D: Scalar>(slip: Vector<D>, slip_velocity: D) -> D {
+    let still = slip_velocity * STILL;
+    let speed = (dot(slip, slip) + still * still).sqrt();
+    match speed.value() < slip_velocity.value() {
+        true => (-(speed / slip_velocity) + 2.0) / slip_velocity,
+        false => speed.recip(),
+    }
+}
 
 /// Contact of a part of an edge with an obstacle, with the numbers of its losses.
 #[derive(Clone, Copy, Debug)]
@@ -95,12 +105,7 @@ impl<D: Scalar> LossyContact<'_, D> {
                 if has_spin {
                     slip = add(slip, scale(arm, v[A]));
                 }
-                let still = slip_velocity * STILL;
-                let speed = (dot(slip, slip) + still * still).sqrt();
-                let direction = match speed.value() < slip_velocity.value() {
-                    true => (-(speed / slip_velocity) + 2.0) / slip_velocity,
-                    false => speed.recip(),
-                };
+                let direction = drag_over_slip(slip, slip_velocity);
                 let drag = scale(slip, friction * elastic * factor * size * direction);
                 let force = add(scale(slope, elastic * (factor - 1.0)), drag);
                 for c in 0..A {

@@ -20,6 +20,7 @@
 //!
 //! Input: positions of the nodes along the axes of the model, m (the third coordinate in a plane is zero), rest lengths
 //! and radii, m, and the stiffness `k`, N/m^3. `energy` is the energy, `derive` adds gradient (N) and Hessian (N/m).
+//! `for_each_part` visits the parts that touch, and `touches` is whether there are any.
 
 use crate::energy::edge_contact::GAUSS;
 use crate::energy::overlap::{ContactPart, EdgePart, Overlap, OverlapAlong, Surface};
@@ -60,20 +61,31 @@ impl<D: Scalar> PairDerivatives<D> {
 }
 
 /// A part of one edge, along which the overlap with one surface around the other edge is positive.
-struct TouchingPart<D> {
+pub(crate) struct TouchingPart<D> {
     overlap: Overlap<D>,
     /// Overlap along the edge by powers of its fraction `t`, from `bounds[0]` to `bounds[1]`.
-    along: OverlapAlong<D>,
+    pub along: OverlapAlong<D>,
     bounds: [f64; 2],
+    /// Fractions of this edge between which it may touch the surface.
+    pub limits: [D; 2],
     /// Minus one of a sphere that is subtracted, else one.
-    sign: f64,
+    pub sign: f64,
     /// Fractions of the other edge nearest to both nodes of this one, or to all its points at a sphere.
-    nearest: [D; 2],
+    pub nearest: [D; 2],
+}
+
+impl<D: Copy> EdgePair<D> {
+    /// The pair with its numbers converted to another number type.
+    pub fn map<E>(&self, over: impl Fn(D) -> E + Copy) -> EdgePair<E> {
+        let Self { lengths, radii, stiffness, goes_on } = *self;
+        let (lengths, radii) = (lengths.map(over), radii.map(over));
+        EdgePair { lengths, radii, stiffness: over(stiffness), goes_on }
+    }
 }
 
 impl<D: Scalar> EdgePair<D> {
     /// The parts of edge number `own` (0 or 1) that touch the other one, for nodes of this and of the other edge.
-    fn for_each_part(
+    pub fn for_each_part(
         &self,
         own: usize,
         [nodes, other]: [EdgeNodes<D>; 2],
@@ -96,17 +108,17 @@ impl<D: Scalar> EdgePair<D> {
         };
         let capsule = EdgePart { obstacle: &obstacle, part: &part };
         for k in 0..capsule.surfaces() {
-            let (overlap, mut bounds) = capsule.surface(k, nodes);
+            let (overlap, mut limits) = capsule.surface(k, nodes);
             let is_last = k == 2;
             // The sphere behind the edge less the whole one: minus the sphere before its end.
             let is_subtracted = is_last && self.goes_on[1 - own];
             if is_subtracted {
                 let [zero, one] = [D::from(0.0), D::from(1.0)];
                 let falls = dot(sub(nodes[1], nodes[0]), obstacle.axis) < 0.0;
-                bounds = if falls { [bounds[1], one] } else { [zero, bounds[0]] };
+                limits = if falls { [limits[1], one] } else { [zero, limits[0]] };
             }
             let along = overlap.along(nodes);
-            let Some(bounds) = along.positive_part(bounds) else { continue };
+            let Some(bounds) = along.positive_part(limits) else { continue };
             let nearest = match overlap.surface {
                 Surface::Cylinder => {
                     nodes.map(|x| dot(sub(x, other[0]), obstacle.axis) / obstacle.length)
@@ -114,8 +126,17 @@ impl<D: Scalar> EdgePair<D> {
                 _ => [D::from(f64::from(is_last)); 2],
             };
             let sign = if is_subtracted { -1.0 } else { 1.0 };
-            visit(TouchingPart { overlap, along, bounds, sign, nearest });
+            visit(TouchingPart { overlap, along, bounds, limits, sign, nearest });
         }
+    }
+
+    /// Whether the edges touch, with the nodes of both at these positions, m.
+    pub fn touches(&self, [first, second]: [EdgeNodes<D>; 2]) -> bool {
+        let mut touches = false;
+        for (own, nodes) in [[first, second], [second, first]].into_iter().enumerate() {
+            self.for_each_part(own, nodes, |_| touches = true);
+        }
+        touches
     }
 
     /// The energy, J, with the nodes of both edges at these positions, m.

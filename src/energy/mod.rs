@@ -12,7 +12,7 @@
 //! A user-defined energy on a rod implements [`OwnEnergy`] ([`own`]). `attach` adds it to a scene, [`place`] finds its
 //! elements, and `adapter` with `autodiff` derives it by the unknowns. `anchor_spring` is a spring to a fixed point,
 //! `tendon` a tendon, `edge_contact` the contact of an edge with an obstacle, `edge_pair` that of two edges.
-//! `swept_edge` and `swept_pair` test whether an edge passes through an obstacle or another edge. Outside a rod an
+//! `pair_loss` has the damping and friction of two edges. `swept_edge` and `swept_pair` test whether an edge passes through an obstacle or another edge. Outside a rod an
 //! energy implements [`Energy`], and [`Analytic`] if its derivatives are derived by hand; [`AsEnergy`] makes an element
 //! such an energy.
 //!
@@ -36,6 +36,7 @@ pub(crate) mod joint;
 pub mod law;
 pub(crate) mod overlap;
 pub mod own;
+pub(crate) mod pair_loss;
 pub mod place;
 pub mod planar_bend;
 pub mod stretch;

@@ -133,7 +133,11 @@ impl<D: Scalar> OverlapAlong<D> {
             // Newton's method at the root: one more order of derivatives in each iteration.
             let mut t = D::from(end);
             for _ in 0..D::ORDER {
-                t -= self.at_moving(t) / (c1 + c2 * t * 2.0);
+                let slope = c1 + c2 * t * 2.0;
+                // At a double root the overlap is a rounding error: the end has no derivatives.
+                if slope.value() != 0.0 {
+                    t -= self.at_moving(t) / slope;
+                }
             }
             t
         };

@@ -36,11 +36,11 @@ const DIRECTION: Quantity = Quantity::signed("");
 /// Quantity of the contact stiffness.
 pub(super) const STIFFNESS: Quantity = Quantity::positive("N/m^3");
 /// Quantity of the damping of the normal force.
-const DAMPING: Quantity = Quantity::positive("s/m").vanishing();
+pub(super) const DAMPING: Quantity = Quantity::positive("s/m").vanishing();
 /// Quantity of the friction coefficient.
-const FRICTION: Quantity = Quantity::positive("").vanishing();
+pub(super) const FRICTION: Quantity = Quantity::positive("").vanishing();
 /// Quantity of the slip velocity.
-const SLIP_VELOCITY: Quantity = Quantity::positive("m/s");
+pub(super) const SLIP_VELOCITY: Quantity = Quantity::positive("m/s");
 /// Slip velocity of a contact that gives none, m/s: slower than motions of interest.
 const DEFAULT_SLIP_VELOCITY: f64 = 1e-3;
 
@@ -135,6 +135,19 @@ pub(crate) struct ContactLoss<D> {
     pub slip_velocity: D,
 }
 
+impl<D: Scalar> ContactLoss<D> {
+    /// The numbers from the damping, s/m, friction coefficient and slip velocity, m/s, that a scene gives, with the
+    /// defaults of others; `None` if it gives neither damping nor friction.
+    pub(super) fn from_given([damping, friction, slip_velocity]: [Option<D>; 3]) -> Option<Self> {
+        let number = |x: Option<D>, default: f64| x.unwrap_or(D::from(default));
+        (damping.is_some() || friction.is_some()).then(|| Self {
+            damping: number(damping, 0.0),
+            friction: number(friction, 0.0),
+            slip_velocity: number(slip_velocity, DEFAULT_SLIP_VELOCITY),
+        })
+    }
+}
+
 impl<D: Copy> ContactLoss<D> {
     /// The numbers converted to another number type.
     pub fn map<E>(&self, over: impl Fn(D) -> E) -> ContactLoss<E> {
@@ -219,19 +232,8 @@ impl<D: Scalar> Contact<D> {
     /// The numbers of the forces that depend on the velocity, with their defaults; `None` if the scene gives neither
     /// damping nor friction.
     pub(crate) fn loss(&self) -> Option<ContactLoss<D>> {
-        let [damping, friction, slip_velocity] = self.given_losses();
-        let number = |x: Option<D>, default: f64| x.unwrap_or(D::from(default));
-        (damping.is_some() || friction.is_some()).then(|| ContactLoss {
-            damping: number(damping, 0.0),
-            friction: number(friction, 0.0),
-            slip_velocity: number(slip_velocity, DEFAULT_SLIP_VELOCITY),
-        })
-    }
-
-    /// Damping, s/m, friction coefficient and slip velocity, m/s, as the scene gives them.
-    fn given_losses(&self) -> [Option<D>; 3] {
         let (damping, friction) = (of_any_kind!(self, damping), of_any_kind!(self, friction));
-        [*damping, *friction, *of_any_kind!(self, slip_velocity)]
+        ContactLoss::from_given([*damping, *friction, *of_any_kind!(self, slip_velocity)])
     }
 
     /// Whether the contact has damping above zero.

@@ -489,8 +489,8 @@ impl StructureScene {
 }
 
 impl StructureScene {
-    /// Rejects schemes that take no contacts beside contacts of rods. Rejects springs with damping, and recorded
-    /// supports, for schemes other than Newmark-beta and generalized-alpha.
+    /// Rejects schemes that take no contacts beside contacts of rods. Rejects springs with damping, contacts of rods
+    /// with damping or friction, and recorded supports, for schemes other than Newmark-beta and generalized-alpha.
     fn check_scheme(&self, time: &Time) -> Result<(), Error> {
         let takers = Scheme::all().filter(|scheme| scheme.traits().takes_contacts);
         let takers: Vec<String> = takers.map(|scheme| format!("\"{}\"", scheme.name())).collect();
@@ -503,6 +503,13 @@ impl StructureScene {
         let found = format!("\"{}\"", time.scheme.name());
         let allowed = "\"newmark-beta\" or \"generalised-alpha\", with damping of joints";
         ensure(!self.has_damped_joints(), "time.scheme", &found, allowed)?;
+        for (i, contact) in self.rod_contacts.iter().enumerate() {
+            let name = if contact.has_friction() { "friction" } else { "damping" };
+            let key = format!("rod_contacts[{i}].{name}");
+            let found = format!("{name} with the scheme {}", time.scheme.name());
+            let allowed = "\"newmark-beta\" or \"generalised-alpha\", with damping or friction";
+            ensure(contact.loss().is_none(), key, found, allowed)?;
+        }
         let is_recorded = self.has_recorded_ends();
         let allowed = "\"newmark-beta\" or \"generalised-alpha\", with recorded supports";
         ensure(!is_recorded, "time.scheme", &found, allowed)

@@ -84,6 +84,9 @@ pub(crate) fn catalog_structure(scene: &Scene) -> StructureScene {
             rods: Vec::new(),
             stiffness: Some(1.0),
             contact_radius: Some(1.0),
+            damping: Some(1.0),
+            friction: Some(1.0),
+            slip_velocity: Some(1.0),
         }],
         loads: StructureLoads {
             gravity: [0.0; 3],

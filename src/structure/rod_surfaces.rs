@@ -1,6 +1,6 @@
 //! Contacts of the rods of a structure with each other: from the scene to the laws of the assembly.
 //!
-//! [`RodSurfaces::new`] evaluates stiffness, radii and lengths of all edges of the rods, over any number type. Without
+//! [`RodSurfaces::new`] evaluates stiffness, losses, radii and lengths of all edges of the rods, over any number type. Without
 //! a stiffness in the scene a contact has the largest of those that the rods would have in contact with an obstacle.
 //! [`RodSurfaces::laws`] adds the unknowns of the edges, their fixed nodes, and the bodies that carry the ends of their
 //! rods. Edges with a node that a body carries are left out.
@@ -16,6 +16,7 @@ use crate::rod::assembly::contact_pairs::DeepestOverlap;
 use crate::rod::assembly::{
     AssemblyLayout, ContactLaw, ContactPairs, JointDistance, Member, TouchingEdge,
 };
+use crate::scene::contact::ContactLoss;
 use crate::scene::mesh::Mesh;
 use crate::scene::structure::StructureScene;
 use crate::scene::{Scene, rod_contact::RodContactLaw};
@@ -42,6 +43,8 @@ pub(super) struct RodSurfaces<D> {
 struct ContactSurfaces<D> {
     /// Its stiffness, N/m^3.
     stiffness: D,
+    /// The numbers of the forces that depend on the velocity; none without any.
+    loss: Option<ContactLoss<D>>,
     /// The edges of each rod; none of rods without it.
     rods: Vec<Vec<EdgeSurface<D>>>,
 }
@@ -64,17 +67,19 @@ impl<D: RodScalar> RodSurfaces<D> {
                     default_contact_stiffness(scene, radius, mesh.length)
                 });
             let stiffness = contact.stiffness.or_else(|| defaults.reduce(Scalar::max));
-            ContactSurfaces { stiffness: stiffness.unwrap_or(D::from(1.0)), rods: own }
+            let stiffness = stiffness.unwrap_or(D::from(1.0));
+            ContactSurfaces { stiffness, loss: contact.loss(), rods: own }
         };
         Self { contacts: structure.rod_contacts.iter().map(of_contact).collect() }
     }
 
     /// The laws of these contacts for the rods of an assembly.
     pub fn laws<L: AssemblyLayout>(self, members: &[Member<D, L>]) -> Vec<ContactLaw<D>> {
-        let law = |(index, ContactSurfaces { stiffness, rods }): (usize, ContactSurfaces<D>)| {
+        let law = |(index, surfaces): (usize, ContactSurfaces<D>)| {
+            let ContactSurfaces { stiffness, loss, rods } = surfaces;
             let parts = rods.into_iter().zip(members).enumerate();
             let edges = parts.flat_map(|(rod, (edges, member))| touching_edges(rod, edges, member));
-            ContactLaw { index, stiffness, edges: edges.collect() }
+            ContactLaw { index, stiffness, loss, edges: edges.collect() }
         };
         self.contacts.into_iter().enumerate().map(law).collect()
     }
@@ -118,6 +123,10 @@ fn touching_edges<D: RodScalar, L: AssemblyLayout>(
         member.attachments.iter().flat_map(|own| &own.nodes).any(|own| own.node == node)
     };
     let is_free = |node: usize| member.fixed.iter().all(|fixed| fixed.node != node);
+    // A clamp at a wall also fixes the angle of the edge after its node.
+    let width = L::STRIDE.min(3);
+    let has_free_angle =
+        |node: usize| member.fixed.iter().all(|fixed| fixed.node != node || fixed.width <= width);
     let touching =
         edges.into_iter().enumerate().filter(|(i, _)| !is_carried(*i) && !is_carried(i + 1));
     let edge = |(i, EdgeSurface { arc, length, radius }): (usize, EdgeSurface<D>)| TouchingEdge {
@@ -127,6 +136,7 @@ fn touching_edges<D: RodScalar, L: AssemblyLayout>(
         length,
         radius,
         is_free: [is_free(i), is_free(i + 1)],
+        has_free_angle: has_free_angle(i),
         joints: [
             bodies[0].map(|body| JointDistance { body, distance: arc[0] - ends[0][0] }),
             bodies[1].map(|body| JointDistance { body, distance: ends[1][1] - arc[1] }),

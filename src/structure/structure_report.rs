@@ -10,6 +10,7 @@
 use crate::dynamics::{ContactForces, MeanStretch, Work, energy_warning, mean_stretch_warning};
 use crate::error::Error;
 use crate::rod::Energies;
+use crate::scene::rod_contact::RodContactLaw;
 use crate::structure::definition::Structure;
 use crate::structure::structure_motion::StructureMotion;
 use crate::structure::structure_shape::StructureShape;
@@ -112,12 +113,14 @@ impl StructureReport {
     /// Sets the status, `completed` or the text of the error in `outcome`, and replaces the warnings: those of the
     /// scene first, then those of large strains, that of the energy, and that of stretching of mean states. The one of
     /// the energy is given if the change of the energy over the largest kinetic energy exceeds the limit for the scene
-    /// of the first rod. There is none with damping of rods or joints, with recorded ends, and without kinetic energy.
+    /// of the first rod. There is none with damping of rods, joints or contacts, with recorded ends, and without kinetic energy.
     pub fn finish(&mut self, structure: &Structure, outcome: &Result<(), Error>) {
         let [change, kinetic] = self.energy_change();
         let energy =
             structure.parts().next().and_then(|scene| energy_warning(scene, change / kinetic));
-        let is_conservative = structure.recorded.is_empty() && !structure.scene.has_damped_joints();
+        let is_conservative = structure.recorded.is_empty()
+            && !structure.scene.has_damped_joints()
+            && !structure.scene.rod_contacts.iter().any(RodContactLaw::is_dissipative);
         let energy = energy.filter(|_| kinetic > 0.0 && is_conservative);
         let stretched = structure
             .parts()

@@ -15,6 +15,7 @@ use crate::problem::penetration::PenetrationRecord;
 use crate::problem::strain::StrainRecord;
 use crate::problem::{Problem, Purpose, ignored_friction, is_implausible_mass};
 use crate::scene::Time;
+use crate::scene::rod_contact::RodContactLaw;
 use crate::structure::definition::Structure;
 use crate::structure::equilibrium::StructureEquilibrium;
 use crate::structure::plan::EndSupport;
@@ -171,7 +172,15 @@ impl Structure {
     /// The warning of an equilibrium or modes, with its code, that the friction of a contact is left out; `None`
     /// without friction.
     pub(super) fn frictionless_warning(&self) -> Option<(Code, String)> {
-        ignored_friction(&self.scene.contacts).map(|words| (Code::Frictionless, words))
+        let of_obstacle = ignored_friction(&self.scene.contacts);
+        let of_rods = self.scene.rod_contacts.iter().position(RodContactLaw::has_friction);
+        let of_rods = of_rods.map(|rough| {
+            format!(
+                "the friction of rod_contacts[{rough}] is ignored in equilibria and modes: the rods slide freely along \
+                 each other. Simulate the motion with [time] for friction"
+            )
+        });
+        of_obstacle.or(of_rods).map(|words| (Code::Frictionless, words))
     }
 
     /// Warnings of an equilibrium of this structure, each with its code in brackets at the end: those of its mesh that

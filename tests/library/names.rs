@@ -60,7 +60,7 @@ momentum motion motion_rate moved_obstacles moving mujoco name natural_turn near
 neutral_equilibrium newton nodal node_history noise noise_comparison noise_scale nonlinear nonlinear_bending number
 numbers numerics observation_form observation_row observed_experiment observed_information
 observed_nodes obstacle_motion obstacles omitted_effects one_sided_bound onset operators optimum
-out_of_line outcome outlying_experiments output overlap overlay overlay_run own page parameter
+out_of_line outcome outlying_experiments output overlap overlay overlay_run own page pair_loss pair_losses parameter
 parameter_form parameters part_file path pencil penetration per_axis perturbation phi_function place placeholder_frames
 placement plan planar planar_bend planarity plane platform plausibility player plot_data plotted
 point point_acceleration point_angle point_channel point_pose point_strain points polyline pose_form
@@ -86,7 +86,7 @@ structure_point structure_problem structure_recording structure_report structure
 structure_support structure_warnings study style substitution summaries summary support supports
 sweep sweeps swept_edge swept_pair synthetic_data table table_keys tangent taper target tendon tensions
 term_bound terminal tested_effects tests text_cell thickness thickness_note time timed_forces timed_loads timing
-timoshenko tolerance track track_defect trajectory transposed trial tributary trigonometry tuning
+timoshenko tolerance touching_edges track track_defect trajectory transposed trial tributary trigonometry tuning
 uncertainty undetected_bias unknown unstable_state usable_rows usd validate validation
 validation_errors vector vibration viscosity vtk warning_list warnings weighted_search work
 workspace writer zero_bound";

@@ -1,6 +1,6 @@
 //! Texts and structures with damping and friction of contacts.
 
-use crate::scenes::{joint, spatial_rod, twisting_steel};
+use crate::scenes::{joint, spatial_rod, support, twisting_steel};
 use rodfit::{Structure, StructureScene};
 
 /// Gravitational acceleration, m/s^2.
@@ -62,6 +62,61 @@ pub fn falling(dimension: &str, modulus: f64, floor: &str, times: &str) -> Struc
             gravity(),
             plane([0.0, -0.022], [0.1, 1.0], floor),
             times.into(),
+        ],
+    )
+}
+
+/// Text of a straight rod from `origin`.
+pub fn placed(name: &str, segments: usize, length: f64, way: [f64; 3], origin: [f64; 3]) -> String {
+    spatial_rod(name, segments, length, way) + &format!("origin = {origin:?}\n")
+}
+
+/// Text of contacts of all rods with this stiffness, N/m^3.
+pub fn touching(stiffness: f64) -> String {
+    format!("[[rod_contacts]]\nstiffness = {stiffness:e}\n")
+}
+
+/// Three rods near each other, one with a body: parallel in a plane, and skew in space. These are further keys of the
+/// contacts.
+pub fn bundle(dimension: &str, keys: &str) -> Structure {
+    let aside = |z: f64| if dimension == DIMENSIONS[0] { 0.0 } else { z };
+    structure(
+        dimension,
+        2e9,
+        &[
+            placed("a", 8, 0.15, [1.0, 0.0, aside(0.2)], [0.0; 3]),
+            placed("b", 9, 0.17, [1.0, 0.01, aside(-0.8)], [-0.01, 0.007, aside(0.05)]),
+            placed("c", 7, 0.12, [-1.0, -0.01, aside(0.1)], [0.14, -0.007, aside(0.01)]),
+            "[[bodies]]\nname = \"bob\"\nmass = 0.02\ninertia = INERTIA\nposition = [0, -0.01, 0]\n"
+                .replace("INERTIA", if dimension == DIMENSIONS[0] { "3e-6" } else { "[2e-6, 4e-6, 3e-6]" }),
+            joint("rigid", &["bob", "c.end"], ""),
+            support("a.start", "clamped"),
+            support("b.end", "pinned"),
+            touching(1e9) + keys,
+        ],
+    )
+}
+
+/// A rod that falls across a cantilever from this distance, m, with this step, s, and these further keys of contacts and
+/// time.
+pub fn collision(step: f64, gap: f64, losses: &str, keys: &str) -> Structure {
+    let length = 0.2;
+    structure(
+        DIMENSIONS[1],
+        2e9,
+        &[
+            placed("beam", 10, 0.3, [0.0, 0.0, 1.0], [0.0, 0.0, 0.0]),
+            placed(
+                "falling",
+                9,
+                length,
+                [1.0, 0.1, 0.1],
+                [-0.5 * length - 0.01, 2.0 * RADIUS + gap, 0.2],
+            ),
+            support("beam.start", "clamped"),
+            gravity(),
+            touching(1e9) + losses + "\n",
+            time(0.1, step, keys),
         ],
     )
 }

@@ -20,6 +20,8 @@ mod page;
 mod recorded;
 mod recorded_checks;
 mod rod_contacts;
+mod rod_friction;
+mod rod_loss_derivatives;
 mod scenes;
 mod space;
 mod spatial_motion;

@@ -1,51 +1,23 @@
 //! Contacts of rods with each other and with themselves: derivatives and factors, crossed rods and a ring against
 //! theory, energy of a collision, fast steps, and rejected scenes.
 
-use crate::contact_scenes::{DIMENSIONS, RADIUS, gravity, plane, structure, time};
+use crate::contact_scenes::{
+    DIMENSIONS, RADIUS, bundle, collision, gravity, placed, plane, structure, time, touching,
+};
 use crate::derivative_checks::{check_derivatives, check_factors, check_motion_derivative};
-use crate::scenes::{joint, spatial_rod, support};
+use crate::scenes::support;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rodfit::rod::Rod;
 use rodfit::{Error, Structure, StructureScene};
 use std::f64::consts::PI;
 
-/// Text of a straight rod from `origin`.
-fn placed(name: &str, segments: usize, length: f64, way: [f64; 3], origin: [f64; 3]) -> String {
-    spatial_rod(name, segments, length, way) + &format!("origin = {origin:?}\n")
-}
-
-/// Text of contacts of all rods with this stiffness, N/m^3.
-fn touching(stiffness: f64) -> String {
-    format!("[[rod_contacts]]\nstiffness = {stiffness:e}\n")
-}
-
-/// Three rods near each other, one with a body: parallel in a plane, and skew in space.
-fn bundle(dimension: &str) -> Structure {
-    let aside = |z: f64| if dimension == DIMENSIONS[0] { 0.0 } else { z };
-    structure(
-        dimension,
-        2e9,
-        &[
-            placed("a", 8, 0.15, [1.0, 0.0, aside(0.2)], [0.0; 3]),
-            placed("b", 9, 0.17, [1.0, 0.01, aside(-0.8)], [-0.01, 0.007, aside(0.05)]),
-            placed("c", 7, 0.12, [-1.0, -0.01, aside(0.1)], [0.14, -0.007, aside(0.01)]),
-            "[[bodies]]\nname = \"bob\"\nmass = 0.02\ninertia = INERTIA\nposition = [0, -0.01, 0]\n"
-                .replace("INERTIA", if dimension == DIMENSIONS[0] { "3e-6" } else { "[2e-6, 4e-6, 3e-6]" }),
-            joint("rigid", &["bob", "c.end"], ""),
-            support("a.start", "clamped"),
-            support("b.end", "pinned"),
-            touching(1e9),
-        ],
-    )
-}
-
 /// Gradient, tangent and factors of rods in contact with each other, against differences, dual numbers and dense
 /// matrices.
 #[test]
 fn derivatives_of_touching_rods_agree_with_dual_numbers() {
     for dimension in DIMENSIONS {
-        let own = bundle(dimension);
+        let own = bundle(dimension, "");
         let at_rest = own.at_rest();
         let tied: Vec<usize> = at_rest.assembly.unknowns_without_effect().collect();
         let ranges = at_rest.assembly.rod_ranges();
@@ -146,35 +118,13 @@ fn least_distance(nodes: &[[f64; 3]], others: &[[f64; 3]]) -> f64 {
     least
 }
 
-/// A rod that falls across a cantilever, with this step, s, and these further keys of the time.
-fn collision(step: f64, length: f64, gap: f64, keys: &str) -> Structure {
-    structure(
-        DIMENSIONS[1],
-        2e9,
-        &[
-            placed("beam", 10, 0.3, [0.0, 0.0, 1.0], [0.0, 0.0, 0.0]),
-            placed(
-                "falling",
-                9,
-                length,
-                [1.0, 0.1, 0.1],
-                [-0.5 * length - 0.01, 2.0 * RADIUS + gap, 0.2],
-            ),
-            support("beam.start", "clamped"),
-            gravity(),
-            touching(1e9),
-            time(0.1, step, keys),
-        ],
-    )
-}
-
 /// The energy of rods that collide is kept with an error of second order, and the momentum of the falling rod changes
 /// by weight and contact force, which is opposite to that on the other rod.
 #[test]
 fn collision_of_rods_keeps_the_energy() {
     let changes = [4e-4, 2e-4, 1e-4].map(|step| {
         let keys = "tolerance = \"rounding\"\nscheme = \"newmark-beta\"";
-        let own = collision(step, 0.2, 0.005, keys);
+        let own = collision(step, 0.005, "", keys);
         let mut motion = own.simulation().unwrap();
         let start = motion.energies().total();
         let (mut change, mut kinetic, mut contact) = (0.0_f64, 0.0_f64, 0.0_f64);
@@ -197,7 +147,7 @@ fn collision_of_rods_keeps_the_energy() {
 #[test]
 fn derivatives_of_a_collision_agree_with_differences() {
     let keys = "tolerance = \"rounding\"\nscheme = \"generalised-alpha\"";
-    let own = collision(4e-4, 0.2, 0.005, keys);
+    let own = collision(4e-4, 0.005, "", keys);
     let times = || (1..=250).map(|k| 4e-4 * f64::from(k));
     let rods = own.at_rest().assembly.body_coordinates().start;
     let end = |own: &Structure| {

@@ -13,9 +13,7 @@ struct EnergyOfPair<'a, B>(&'a EdgePair<B>);
 
 impl<B: Scalar> ScalarFunction<B> for EnergyOfPair<'_, B> {
     fn at<D: Scalar>(&self, over: impl Fn(B) -> D + Copy, q: &[D]) -> D {
-        let EdgePair { lengths, radii, stiffness, goes_on } = *self.0;
-        let (lengths, radii) = (lengths.map(over), radii.map(over));
-        EdgePair { lengths, radii, stiffness: over(stiffness), goes_on }.energy(nodes(q))
+        self.0.map(over).energy(nodes(q))
     }
 }
 

@@ -13,6 +13,7 @@
 //! velocities ([`carried_velocities`](crate::rod::assembly::carrying::CarryingBodies::velocity_slopes)). In space
 //! derivatives are by increments of rotations. The formulas of one rod are those of
 //! [`contact_loss`](crate::energy::contact_loss). Rods that touch nothing cost an evaluation of their distances only.
+//! Losses of contacts of rods with each other, whose edges are not carried, are those of `pair_losses`.
 
 use crate::numerics::envelope::Envelope;
 use crate::numerics::scalar::RodScalar;
@@ -21,7 +22,7 @@ use crate::rod::assembly::attachment::CarriedNode;
 use crate::rod::assembly::carrying::{CarriedMotion, CarryingBodies, VelocitySlopes};
 use crate::rod::assembly::coupling::Coupling;
 use crate::rod::assembly::frames::AssemblyFrames;
-use crate::rod::assembly::joined_rods::{JoinedRods, TangentOfLayout};
+use crate::rod::assembly::joined_rods::{JoinedRods, TangentOfLayout, keep_placed};
 use crate::rod::assembly::layout::AssemblyLayout;
 use crate::rod::assembly::member::{Member, MotionOf, RodUnknowns};
 use crate::rod::assembly::reduction::reduce_gradient;
@@ -33,7 +34,8 @@ use std::cmp::Ordering;
 impl<D: RodScalar, L: AssemblyLayout> JoinedRods<D, L> {
     /// Whether contacts have damping or friction.
     pub fn has_contact_losses(&self) -> bool {
-        self.members.iter().any(|member| member.rod.has_contact_losses())
+        self.contacts.have_losses()
+            || self.members.iter().any(|member| member.rod.has_contact_losses())
     }
 
     /// Adds minus the damping and friction forces of contacts at the unknowns `q`, N, to `forces`, which contains the
@@ -55,9 +57,12 @@ impl<D: RodScalar, L: AssemblyLayout> JoinedRods<D, L> {
             let couplings = members.iter().map(|own| &own.couplings);
             skew.allocate(members.iter().map(|own| &own.band), couplings, bodies);
         }
+        let [mut placed, mut moving] = self.contacts.borrow_moving([q, velocities.velocity]);
         let mut k = 0;
         self.for_each_moving([q, velocities.velocity], frames, |member, own_frames, room| {
             let RodUnknowns { q, carried, other, elements, slopes, .. } = room;
+            keep_placed(member, q, &mut placed);
+            keep_placed(member, other, &mut moving);
             let rates = StepVelocities { velocity: &other[..], ..velocities };
             let own = &mut rods[member.range.clone()];
             // Entries of carried nodes become those of the losses alone.
@@ -86,6 +91,10 @@ impl<D: RodScalar, L: AssemblyLayout> JoinedRods<D, L> {
             reduce_gradient(member, carried, own, bodies);
             k += 1;
         });
+        // After the rods, whose reduction removes the forces on fixed nodes.
+        let rates = StepVelocities { velocity: &moving[..], ..velocities };
+        self.contacts.add_losses(&placed, rates, rods, tangent);
+        self.contacts.return_moving([placed, moving]);
     }
 
     /// Overwrites `slopes` with those of the velocities of all carried nodes of a rod over the slope of `rates`, the

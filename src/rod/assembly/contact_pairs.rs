@@ -1,83 +1,24 @@
 //! Contacts of rods with each other and with themselves: energy (J), gradient (N) and tangent (N/m) of all pairs of
 //! edges.
 //!
-//! A [`ContactLaw`] has the stiffness of a contact, N/m^3, and the edges that may touch. Each [`TouchingEdge`] has its
-//! unknowns and arc lengths. Pairs are those whose boxes (edge and radius) overlap; a sweep along the axis with the
-//! largest extent finds them. Left out are edges of one rod that are closer along it than half the circumference of
-//! the thicker edge, and edges near a common body by the same distance along both rods. Edges with a node that a body
-//! carries touch nothing. Energy and derivatives of a pair are those of the module `energy::edge_pair`.
+//! Edges, and the pairs of them that are close, are those of [`touching_edges`](crate::rod::assembly::touching_edges).
+//! Edges with a node that a body carries touch nothing. Energy and derivatives of a pair are those of the module
+//! `energy::edge_pair`. Damping and friction (`have_losses`) are in `pair_losses`.
 //!
 //! Input: unknowns `q` of the assembly with carried and fixed nodes at their places. `energy` is the sum,
 //! `add_gradient` adds its derivatives, and `add_tangent` adds the second ones: within an edge to the band of its rod,
-//! between edges to the couplings of rods. Fixed nodes are left out of both. `passed` returns the first law with an edge
-//! that passes through another in a step, `deepest` the largest overlap.
+//! between edges to the couplings of rods. Fixed nodes are left out of both. `passed` returns the first law with an
+//! edge that passes through another in a step, `deepest` the largest overlap.
 
-use crate::energy::edge_pair::{EdgePair, PairDerivatives};
+use crate::energy::edge_pair::{EdgeNodes, EdgePair, PairDerivatives};
 use crate::energy::swept_pair::{TwoEdges, passes_edge, segment_distance};
 use crate::numerics::scalar::Scalar;
 use crate::numerics::tangent::Tangent;
-use crate::numerics::vector::Vector;
-use crate::rod::assembly::rod_couplings::NodeBlock;
+use crate::rod::assembly::rod_couplings::{LARGEST_EDGE, NodeBlock};
 use crate::rod::assembly::tangent::BorderedTangent;
-use std::f64::consts::PI;
+use crate::rod::assembly::touching_edges::{ContactLaw, SweptBox, TouchingEdge, WorkSpace};
 use std::mem::take;
 use std::ops::Range;
-use std::sync::{Mutex, MutexGuard, PoisonError};
-
-/// Largest number of unknowns of an edge, with the angle between its nodes.
-const LARGEST_EDGE: usize = 7;
-
-/// Distance of an edge from an end of its rod that a body carries.
-#[derive(Clone, Copy, Debug)]
-pub struct JointDistance {
-    /// Index of the body.
-    pub body: usize,
-    /// Distance along the rod, m.
-    pub distance: f64,
-}
-
-/// An edge that may touch others.
-#[derive(Clone, Debug)]
-pub struct TouchingEdge<D> {
-    /// Index of its rod.
-    pub rod: usize,
-    /// First unknown of its first node, in those of the assembly.
-    pub first: usize,
-    /// Arc lengths of its nodes, m.
-    pub arc: [f64; 2],
-    /// Rest length, m.
-    pub length: D,
-    /// Radius of the rod, m.
-    pub radius: D,
-    /// Whether its nodes may move; those at walls may not.
-    pub is_free: [bool; 2],
-    /// Distances from the ends of the rod that a body carries.
-    pub joints: [Option<JointDistance>; 2],
-}
-
-impl<D: Scalar> TouchingEdge<D> {
-    /// Whether this edge and another one may touch each other.
-    fn may_touch(&self, other: &Self) -> bool {
-        let apart = PI * self.radius.value().max(other.radius.value());
-        let gap = (self.arc[0] - other.arc[1]).max(other.arc[0] - self.arc[1]);
-        let is_near_joint = |own: &JointDistance| {
-            let ends = other.joints.iter().flatten().filter(|end| end.body == own.body);
-            ends.map(|end| own.distance + end.distance).any(|distance| distance < apart)
-        };
-        (self.rod != other.rod || gap >= apart) && !self.joints.iter().flatten().any(is_near_joint)
-    }
-}
-
-/// Contact between edges of rods.
-#[derive(Clone, Debug)]
-pub struct ContactLaw<D> {
-    /// Index in `[[rod_contacts]]`.
-    pub index: usize,
-    /// Force per length over the square of the overlap, N/m^3.
-    pub stiffness: D,
-    /// The edges, rod after rod, in their order along the rods.
-    pub edges: Vec<TouchingEdge<D>>,
-}
 
 /// The largest overlap of rods with each other.
 #[derive(Clone, Copy, Debug)]
@@ -94,53 +35,24 @@ pub struct DeepestOverlap {
     pub arc: [f64; 2],
 }
 
-/// A list that is kept between evaluations; empty in a clone.
-#[derive(Debug)]
-struct WorkSpace<T>(Mutex<Vec<T>>);
-
-impl<T> Default for WorkSpace<T> {
-    /// An empty list.
-    fn default() -> Self {
-        Self(Mutex::default())
-    }
-}
-
-impl<T> Clone for WorkSpace<T> {
-    /// An empty list.
-    fn clone(&self) -> Self {
-        Self::default()
-    }
-}
-
-impl<T> WorkSpace<T> {
-    /// Locks the list for this thread; a lock that another thread left by a panic is taken too.
-    fn lock(&self) -> MutexGuard<'_, Vec<T>> {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-}
-
-/// Box around an edge: bounds along the axes, m.
-#[derive(Clone, Copy, Debug)]
-struct SweptBox {
-    edge: usize,
-    bounds: [[f64; 2]; 3],
-}
-
 /// All contacts of the rods of an assembly with each other.
 #[derive(Clone, Debug)]
 pub struct ContactPairs<D> {
-    laws: Vec<ContactLaw<D>>,
+    pub(super) laws: Vec<ContactLaw<D>>,
     /// Unknowns from one node to the next.
-    stride: usize,
-    order: WorkSpace<SweptBox>,
+    pub(super) stride: usize,
+    pub(super) boxes: WorkSpace<SweptBox>,
     /// Unknowns with all nodes at their places.
     placed: WorkSpace<D>,
+    /// Velocities of all unknowns.
+    moving: WorkSpace<D>,
 }
 
 impl<D: Scalar> ContactPairs<D> {
     /// Contacts by these laws, of rods with `stride` unknowns from one node to the next.
     pub fn new(laws: Vec<ContactLaw<D>>, stride: usize) -> Self {
-        Self { laws, stride, order: WorkSpace::default(), placed: WorkSpace::default() }
+        let (boxes, placed, moving) = Default::default();
+        Self { laws, stride, boxes, placed, moving }
     }
 
     /// Whether there are no contacts.
@@ -163,6 +75,29 @@ impl<D: Scalar> ContactPairs<D> {
         *self.placed.lock() = placed;
     }
 
+    /// Whether a contact has forces that depend on the velocity.
+    pub fn have_losses(&self) -> bool {
+        self.laws.iter().any(|law| law.loss.is_some())
+    }
+
+    /// Copies of the unknowns `q` and velocities `v` as work space, for those of all nodes; empty without losses.
+    pub fn borrow_moving(&self, [q, v]: [&[D]; 2]) -> [Vec<D>; 2] {
+        [(&self.placed, q), (&self.moving, v)].map(|(kept, values)| {
+            let mut list = take(&mut *kept.lock());
+            list.clear();
+            if self.have_losses() {
+                list.extend_from_slice(values);
+            }
+            list
+        })
+    }
+
+    /// Keeps the lists of [`borrow_moving`](Self::borrow_moving) for the next evaluation.
+    pub fn return_moving(&self, [placed, moving]: [Vec<D>; 2]) {
+        self.return_placed(placed);
+        *self.moving.lock() = moving;
+    }
+
     /// The same contacts where the unknowns are the coordinates of the nodes of all rods, three per node, rod after
     /// rod. `rods` are the ranges of their present unknowns.
     pub fn on_nodes(&self, rods: &[Range<usize>]) -> ContactPairs<f64> {
@@ -178,12 +113,15 @@ impl<D: Scalar> ContactPairs<D> {
                     length: edge.length.value(),
                     radius: edge.radius.value(),
                     is_free: edge.is_free,
+                    has_free_angle: edge.has_free_angle,
                     joints: edge.joints,
                 }
             };
             ContactLaw {
                 index: law.index,
                 stiffness: law.stiffness.value(),
+                // Overlaps need no velocities.
+                loss: None,
                 edges: law.edges.iter().map(edge).collect(),
             }
         };
@@ -191,91 +129,21 @@ impl<D: Scalar> ContactPairs<D> {
     }
 
     /// Number of coordinates of a node.
-    fn width(&self) -> usize {
+    pub(super) fn width(&self) -> usize {
         self.stride.min(3)
-    }
-
-    /// The positions of both nodes of an edge, m; the third coordinate in a plane is zero.
-    fn nodes(&self, edge: &TouchingEdge<D>, q: &[D]) -> [Vector<D>; 2] {
-        [0, 1].map(|i| {
-            let mut node = [D::from(0.0); 3];
-            let first = edge.first + self.stride * i;
-            node[..self.width()].copy_from_slice(&q[first..first + self.width()]);
-            node
-        })
-    }
-
-    /// Calls `visit` with every pair of edges of a law whose boxes overlap at one of the `states`, indices in ascending
-    /// order. The box of an edge contains it at all of these unknowns.
-    fn for_each_pair(
-        &self,
-        law: &ContactLaw<D>,
-        states: &[&[D]],
-        mut visit: impl FnMut(usize, usize),
-    ) {
-        let mut boxes = self.order.lock();
-        boxes.clear();
-        let mut extent = [[f64::INFINITY, f64::NEG_INFINITY]; 3];
-        for (edge, own) in law.edges.iter().enumerate() {
-            let mut bounds = [[f64::INFINITY, f64::NEG_INFINITY]; 3];
-            let radius = own.radius.value();
-            for node in states.iter().flat_map(|q| self.nodes(own, q)) {
-                for k in 0..3 {
-                    let x = node[k].value();
-                    bounds[k] = [bounds[k][0].min(x - radius), bounds[k][1].max(x + radius)];
-                }
-            }
-            for k in 0..3 {
-                extent[k] = [extent[k][0].min(bounds[k][0]), extent[k][1].max(bounds[k][1])];
-            }
-            boxes.push(SweptBox { edge, bounds });
-        }
-        let spread = |k: usize| extent[k][1] - extent[k][0];
-        let axis = (0..3).max_by(|a, b| spread(*a).total_cmp(&spread(*b))).unwrap_or(0);
-        boxes.sort_unstable_by(|a, b| a.bounds[axis][0].total_cmp(&b.bounds[axis][0]));
-        for (i, one) in boxes.iter().enumerate() {
-            for other in &boxes[i + 1..] {
-                if other.bounds[axis][0] > one.bounds[axis][1] {
-                    break;
-                }
-                let overlaps = |k: usize| {
-                    let ([a, b], [c, d]) = (one.bounds[k], other.bounds[k]);
-                    a <= d && c <= b
-                };
-                let pair = [one.edge.min(other.edge), one.edge.max(other.edge)];
-                let [a, b] = pair.map(|i| &law.edges[i]);
-                if (0..3).all(overlaps) && a.may_touch(b) {
-                    visit(pair[0], pair[1]);
-                }
-            }
-        }
-    }
-
-    /// Whether the edge after edge number `i` of a law belongs to the same rod, follows it, and may touch the edge
-    /// `other` too.
-    fn goes_on(&self, law: &ContactLaw<D>, i: usize, other: &TouchingEdge<D>) -> bool {
-        let (own, next) = (&law.edges[i], law.edges.get(i + 1));
-        next.is_some_and(|next| {
-            next.rod == own.rod && next.first == own.first + self.stride && next.may_touch(other)
-        })
     }
 
     /// Calls `visit` with every pair of edges that is close, the contact between both and their nodes at `q`.
     fn for_each_contact(
         &self,
         q: &[D],
-        mut visit: impl FnMut([&TouchingEdge<D>; 2], EdgePair<D>, [[Vector<D>; 2]; 2]),
+        mut visit: impl FnMut([&TouchingEdge<D>; 2], EdgePair<D>, [EdgeNodes<D>; 2]),
     ) {
         for law in &self.laws {
-            self.for_each_pair(law, &[q], |i, j| {
-                let (a, b) = (&law.edges[i], &law.edges[j]);
-                let pair = EdgePair {
-                    lengths: [a.length, b.length],
-                    radii: [a.radius, b.radius],
-                    stiffness: law.stiffness,
-                    goes_on: [self.goes_on(law, i, b), self.goes_on(law, j, a)],
-                };
-                visit([a, b], pair, [self.nodes(a, q), self.nodes(b, q)]);
+            law.for_each_pair(&self.boxes, self.stride, &[q], |i, j| {
+                let edges = [&law.edges[i], &law.edges[j]];
+                let pair = law.pair(self.stride, [i, j]);
+                visit(edges, pair, edges.map(|edge| edge.nodes(q, self.stride)));
             });
         }
     }
@@ -360,10 +228,10 @@ impl<D: Scalar> ContactPairs<D> {
     pub fn passed(&self, before: &[D], now: &[D]) -> Option<usize> {
         self.laws.iter().find_map(|law| {
             let mut passed = false;
-            self.for_each_pair(law, &[before, now], |i, j| {
+            law.for_each_pair(&self.boxes, self.stride, &[before, now], |i, j| {
                 let (a, b) = (&law.edges[i], &law.edges[j]);
                 let reach = a.radius.value() + b.radius.value();
-                let at = |q: &[D]| plain([self.nodes(a, q), self.nodes(b, q)]);
+                let at = |q: &[D]| plain([a, b].map(|edge| edge.nodes(q, self.stride)));
                 passed = passed || passes_edge(reach, at(before), at(now));
             });
             passed.then_some(law.index)
@@ -374,10 +242,11 @@ impl<D: Scalar> ContactPairs<D> {
     pub fn deepest(&self, q: &[D]) -> Option<DeepestOverlap> {
         let mut deepest: Option<DeepestOverlap> = None;
         for law in &self.laws {
-            self.for_each_pair(law, &[q], |i, j| {
+            law.for_each_pair(&self.boxes, self.stride, &[q], |i, j| {
                 let edges = [&law.edges[i], &law.edges[j]];
                 let radii = edges.map(|edge| edge.radius.value());
-                let distance = segment_distance(plain(edges.map(|edge| self.nodes(edge, q))));
+                let distance =
+                    segment_distance(plain(edges.map(|edge| edge.nodes(q, self.stride))));
                 let overlap = radii[0] + radii[1] - distance;
                 let relative = overlap / radii[0].min(radii[1]);
                 if deepest.is_none_or(|before| relative > before.relative) {
@@ -406,6 +275,6 @@ fn add_forces<D: Scalar>(
 }
 
 /// The real parts of the nodes of two edges, m.
-fn plain<D: Scalar>(edges: [[Vector<D>; 2]; 2]) -> TwoEdges {
+fn plain<D: Scalar>(edges: [EdgeNodes<D>; 2]) -> TwoEdges {
     edges.map(|nodes| nodes.map(|node| node.map(|x| x.value())))
 }

@@ -31,7 +31,7 @@ use crate::energy::Derivatives;
 use crate::numerics::envelope::Envelope;
 use crate::numerics::scalar::RodScalar;
 use crate::rod::assembly::carrying::{CarryingBodies, MemberRod};
-use crate::rod::assembly::contact_pairs::{ContactLaw, ContactPairs};
+use crate::rod::assembly::contact_pairs::ContactPairs;
 use crate::rod::assembly::frames::AssemblyFrames;
 use crate::rod::assembly::layout::AssemblyLayout;
 use crate::rod::assembly::member::{Member, MemberWorkspace, RodUnknowns};
@@ -39,6 +39,7 @@ use crate::rod::assembly::reduction::{reduce_gradient, reduce_tangent};
 use crate::rod::assembly::rod_couplings::RodCouplings;
 use crate::rod::assembly::skew_part::SkewPart;
 use crate::rod::assembly::tangent::{BorderedTangent, MemberTangent};
+use crate::rod::assembly::touching_edges::ContactLaw;
 use crate::rod::{Energies, ReferenceFrames, Rod, Viscosity};
 use std::ops::Range;
 
@@ -59,8 +60,13 @@ pub struct JoinedRods<D: RodScalar, L: AssemblyLayout> {
     room: MemberWorkspace<D, L>,
 }
 
-/// Copies the unknowns `q` of a rod, with its carried and fixed nodes, to those of all rods, unless that list is empty.
-fn keep_placed<D: RodScalar, L: AssemblyLayout>(member: &Member<D, L>, q: &[D], all: &mut [D]) {
+/// Copies the unknowns `q` of a rod, with its carried and fixed nodes, or their velocities, to those of all rods, unless
+/// that list is empty.
+pub(super) fn keep_placed<D: RodScalar, L: AssemblyLayout>(
+    member: &Member<D, L>,
+    q: &[D],
+    all: &mut [D],
+) {
     if !all.is_empty() {
         all[member.range.clone()].copy_from_slice(q);
     }
@@ -287,7 +293,7 @@ impl<D: RodScalar, L: AssemblyLayout> JoinedRods<D, L> {
         let ((rods, bodies), z) = (gradient.split_at_mut(self.first), &q[self.first..]);
         let BorderedTangent { members, bodies: corner, blocks, skew, between, .. } = &mut *tangent;
         blocks.clear();
-        between.blocks.clear();
+        between.clear();
         skew.clear();
         self.bodies.gradient(z, frames, bodies);
         corner.clear();

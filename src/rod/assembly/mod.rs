@@ -15,10 +15,11 @@
 //!
 //! Files: `member` (one rod with its carried and fixed nodes), `joined_rods` (evaluation of all rods), `reduction`
 //! (chain rule through carried nodes), `joint_law` (elastic joints in space), `tangent`, `coupling`, `skew_part`,
-//! `member_factors` and `bordered` (matrix and factors). Contacts of rods with each other are in `contact_pairs`, their
-//! entries in the matrix in `rod_couplings`. Damping and friction of contacts are in `contact_losses` and
-//! `carried_velocities`, rotations in space in `spatial_motion`, `conversion` and `rotational_inertia`. `attachment`,
-//! `carrying`, `frames` and `layout` have data and interfaces.
+//! `member_factors` and `bordered` (matrix and factors). Contacts of rods with each other are in `touching_edges` and
+//! `contact_pairs`, their damping and friction in `pair_losses`, their entries in the matrix in `rod_couplings`.
+//! Damping and friction of contacts with obstacles are in `contact_losses` and `carried_velocities`, rotations in space
+//! in `spatial_motion`, `conversion` and `rotational_inertia`. `attachment`, `carrying`, `frames` and `layout` have
+//! data and interfaces.
 
 pub mod attachment;
 pub mod bodies;
@@ -35,6 +36,7 @@ pub mod joint_law;
 pub mod layout;
 mod member;
 mod member_factors;
+mod pair_losses;
 mod reduction;
 mod rod_couplings;
 mod rotational_inertia;
@@ -42,11 +44,12 @@ mod skew_part;
 pub mod spatial_bodies;
 pub mod spatial_motion;
 mod tangent;
+pub mod touching_edges;
 
 pub use attachment::{Attachment, CarriedEdge, CarriedNode, FixedNode};
 pub use bodies::Bodies;
 pub use bordered::{AssemblyFactors, AssemblyTangent};
-pub use contact_pairs::{ContactLaw, ContactPairs, JointDistance, TouchingEdge};
+pub use contact_pairs::ContactPairs;
 pub use frames::{AssemblyFrames, RotationReference};
 pub use joined_rods::JoinedRods;
 pub use layout::AssemblyLayout;
@@ -54,6 +57,7 @@ pub use member::Member;
 pub use spatial_bodies::{SpatialBodies, SpatialBody, SpatialSpring};
 pub use spatial_motion::SpatialRotation;
 pub use tangent::BorderedTangent;
+pub use touching_edges::{ContactLaw, JointDistance, TouchingEdge};
 
 use crate::energy::Derivatives;
 use crate::numerics::scalar::RodScalar;

@@ -1,7 +1,8 @@
 //! Entries of the tangent between nodes of rods in contact, which lie outside of the bands, and the solution of systems
 //! with them.
 //!
-//! [`RodCouplings`] is a list of blocks `S`, each between the coordinates of two nodes, in both triangles. With the
+//! [`RodCouplings`] is a list of blocks `S`, each between the coordinates of two nodes, in both triangles. Blocks of
+//! damping and friction are between the unknowns of two edges, each in one triangle, and make `S` unsymmetric. With the
 //! matrix `A` without them and the columns `P` of the identity at these coordinates, a solution follows from that with
 //! `A` alone (Woodbury's formula):
 //!
@@ -10,9 +11,9 @@
 //! ```
 //!
 //! [`CouplingFactors`] has `A^-1 P` and the factors of the small matrix. `correct` replaces `x0` by the solution.
-//! `change_of_negative_pivots` is the number of negative eigenvalues of the whole matrix less that of `A`, from the
-//! inertia of both Schur complements of `[A, P Q; Q' P', -L^-1]` with `S = Q L Q'` (Haynsworth 1968, Determination of
-//! the inertia of a partitioned Hermitian matrix).
+//! `change_of_negative_pivots`, of symmetric blocks, is the number of negative eigenvalues of the whole matrix less
+//! that of `A`, from the inertia of both Schur complements of `[A, P Q; Q' P', -L^-1]` with `S = Q L Q'` (Haynsworth
+//! 1968, Determination of the inertia of a partitioned Hermitian matrix).
 
 use crate::numerics::dense_lu::DenseLu;
 use crate::numerics::scalar::Scalar;
@@ -34,11 +35,25 @@ pub struct NodeBlock<D> {
     pub entries: [Vector<D>; 3],
 }
 
-/// All blocks between nodes of rods in contact.
+/// Largest number of unknowns of an edge, with the angle between its nodes.
+pub const LARGEST_EDGE: usize = 7;
+
+/// Derivatives of the forces on the unknowns of one edge by those of another, N/m.
+#[derive(Clone, Copy, Debug)]
+pub struct EdgeBlock<D> {
+    /// First unknowns of both edges in those of the assembly: of the rows, and of the columns.
+    pub first: [usize; 2],
+    /// The entries by rows; those beyond the unknowns of an edge are not used.
+    pub entries: [[D; LARGEST_EDGE]; LARGEST_EDGE],
+}
+
+/// All blocks between rods in contact.
 #[derive(Clone, Debug)]
 pub struct RodCouplings<D> {
     /// The blocks, each in both triangles; several may have the same place.
     pub blocks: Vec<NodeBlock<D>>,
+    /// Blocks of damping and friction, each at its own place only.
+    pub losses: Vec<EdgeBlock<D>>,
     /// Coordinates of a node: 2 or 3.
     pub width: usize,
 }
@@ -46,26 +61,45 @@ pub struct RodCouplings<D> {
 impl<D: Scalar> RodCouplings<D> {
     /// No blocks, for nodes of `width` coordinates.
     pub fn none(width: usize) -> Self {
-        Self { blocks: Vec::new(), width }
+        Self { blocks: Vec::new(), losses: Vec::new(), width }
     }
 
     /// Whether there are no blocks.
     pub fn is_empty(&self) -> bool {
-        self.blocks.is_empty()
+        self.blocks.is_empty() && self.losses.is_empty()
     }
 
-    /// Calls `visit` with row, column and entry of all entries of one triangle: rows are those of the blocks.
+    /// Removes all blocks.
+    pub fn clear(&mut self) {
+        self.blocks.clear();
+        self.losses.clear();
+    }
+
+    /// Number of unknowns of an edge: two nodes, and in space an angle.
+    fn edge_width(&self) -> usize {
+        if self.width == 2 { 4 } else { LARGEST_EDGE }
+    }
+
+    /// Calls `visit` with row, column and entry of all entries, of both triangles.
     pub fn for_each(&self, mut visit: impl FnMut(usize, usize, D)) {
         for NodeBlock { first: [row, column], entries } in &self.blocks {
             for k in 0..self.width {
                 for l in 0..self.width {
+                    visit(row + k, column + l, entries[k][l]);
+                    visit(column + l, row + k, entries[k][l]);
+                }
+            }
+        }
+        for EdgeBlock { first: [row, column], entries } in &self.losses {
+            for k in 0..self.edge_width() {
+                for l in 0..self.edge_width() {
                     visit(row + k, column + l, entries[k][l]);
                 }
             }
         }
     }
 
-    /// The entry of row `i`, column `j`, in either triangle.
+    /// The entry of row `i`, column `j`.
     pub fn get(&self, i: usize, j: usize) -> D {
         let mut sum = D::from(0.0);
         for NodeBlock { first: [row, column], entries } in &self.blocks {
@@ -76,13 +110,21 @@ impl<D: Scalar> RodCouplings<D> {
                 }
             }
         }
+        for EdgeBlock { first: [row, column], entries } in &self.losses {
+            let (k, l) = (i.wrapping_sub(*row), j.wrapping_sub(*column));
+            if k < self.edge_width() && l < self.edge_width() {
+                sum += entries[k][l];
+            }
+        }
         sum
     }
 
     /// Whether column `j` has entries.
     pub fn has_column(&self, j: usize) -> bool {
-        let contains = |first: &usize| (*first..*first + self.width).contains(&j);
-        self.blocks.iter().any(|block| block.first.iter().any(contains))
+        let contains = |first: usize, width: usize| (first..first + width).contains(&j);
+        let touches = |first: &usize| contains(*first, self.width);
+        self.blocks.iter().any(|block| block.first.iter().any(touches))
+            || self.losses.iter().any(|block| contains(block.first[1], self.edge_width()))
     }
 
     /// Sets row and column `i` to zero.
@@ -95,6 +137,15 @@ impl<D: Scalar> RodCouplings<D> {
                 entries.iter_mut().for_each(|row| row[i - *column] = D::from(0.0));
             }
         }
+        let width = self.edge_width();
+        for EdgeBlock { first: [row, column], entries } in &mut self.losses {
+            if (*row..*row + width).contains(&i) {
+                entries[i - *row] = [D::from(0.0); LARGEST_EDGE];
+            }
+            if (*column..*column + width).contains(&i) {
+                entries.iter_mut().for_each(|row| row[i - *column] = D::from(0.0));
+            }
+        }
     }
 
     /// Adds `factor` times the blocks of `other`.
@@ -104,6 +155,11 @@ impl<D: Scalar> RodCouplings<D> {
             ..*block
         };
         self.blocks.extend(other.blocks.iter().map(scaled));
+        let scaled = |block: &EdgeBlock<D>| EdgeBlock {
+            entries: block.entries.map(|row| row.map(|entry| entry * factor)),
+            ..*block
+        };
+        self.losses.extend(other.losses.iter().map(scaled));
     }
 
     /// Adds the product with `G` vectors (`x[i][g]` is row `i` of vector `g`) to `out`.
@@ -111,7 +167,6 @@ impl<D: Scalar> RodCouplings<D> {
         self.for_each(|i, j, entry| {
             for g in 0..G {
                 out[i][g] += entry * x[j][g];
-                out[j][g] += entry * x[i][g];
             }
         });
     }
@@ -145,6 +200,10 @@ impl<D: Scalar> CouplingFactors<D> {
         for block in &couplings.blocks {
             block.first.iter().for_each(|first| unknowns.extend(*first..first + couplings.width));
         }
+        let width = couplings.edge_width();
+        for block in &couplings.losses {
+            block.first.iter().for_each(|first| unknowns.extend(*first..first + width));
+        }
         unknowns.sort_unstable();
         unknowns.dedup();
         let (count, zero) = (unknowns.len(), D::from(0.0));
@@ -153,7 +212,6 @@ impl<D: Scalar> CouplingFactors<D> {
         couplings.for_each(|i, j, entry| {
             let (i, j) = (place(i), place(j));
             matrix[i][j] += entry * factor;
-            matrix[j][i] += entry * factor;
         });
         let mut responses: Vec<Vec<D>> = Vec::with_capacity(count);
         let mut room = vec![[zero; GROUP]; order];

@@ -198,7 +198,7 @@ impl<D: Scalar, T: Tangent<D>> Tangent<D> for BorderedTangent<D, T> {
         self.bodies.clear();
         self.blocks.clear();
         self.skew.clear();
-        self.between.blocks.clear();
+        self.between.clear();
         for member in &mut self.members {
             member.band.clear();
             for coupling in &mut member.couplings {
@@ -296,7 +296,6 @@ impl<D: Scalar, T: Tangent<D>> Tangent<D> for BorderedTangent<D, T> {
         });
         self.between.for_each(|i, j, entry| {
             out[i] += size(entry) * size(x[j]);
-            out[j] += size(entry) * size(x[i]);
         });
     }
 }
