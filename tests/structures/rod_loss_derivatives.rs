@@ -107,14 +107,15 @@ fn derivatives_of_a_collision_with_losses_agree_with_differences() {
         q.truncate(rods);
         q
     };
-    // Steps of the differences for which rounding errors of the positions, 6e-13 m, stay below the bound.
-    for (path, step) in [
-        ("rod_contacts.0.friction", 1e-5),
-        ("rod_contacts.0.damping", 1e-5),
-        ("rod_contacts.0.slip_velocity", 3e-4),
-        ("rod_contacts.0.stiffness", 1e-4),
-        ("materials.steel.youngs_modulus", 1e-4),
+    // The second derivative of friction jumps at the slip velocity. Differences by that converge with the first power of
+    // their step only, and rounding errors of the positions limit this step: 4e-6 is reached.
+    for (path, bound) in [
+        ("rod_contacts.0.friction", 1e-6),
+        ("rod_contacts.0.damping", 1e-6),
+        ("rod_contacts.0.slip_velocity", 1e-5),
+        ("rod_contacts.0.stiffness", 1e-5),
+        ("materials.steel.youngs_modulus", 1e-5),
     ] {
-        check_motion_derivative(&own, path, times(), end, step, [1e-10, 1e-6]);
+        check_motion_derivative(&own, path, times(), end, 1e-5, [1e-10, bound]);
     }
 }
