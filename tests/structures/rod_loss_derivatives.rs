@@ -107,8 +107,9 @@ fn derivatives_of_a_collision_with_losses_agree_with_differences() {
         q.truncate(rods);
         q
     };
-    // The second derivative of friction jumps at the slip velocity. Differences by that converge with the first power of
-    // their step only, and rounding errors of the positions limit this step: 4e-6 is reached.
+    // The second derivative of friction jumps at the slip velocity. Differences by that, and by numbers that change the
+    // time at which it is passed, converge with the first power of their step only. Rounding errors of the positions
+    // limit this step: 4e-6 is reached.
     for (path, bound) in [
         ("rod_contacts.0.friction", 1e-6),
         ("rod_contacts.0.damping", 1e-6),

@@ -4,7 +4,7 @@
 //! radius) overlap; a sweep along the axis with the largest extent finds them. Left out are edges of one rod that are
 //! closer along it than half the circumference of the thicker edge, and edges near a common body by the same distance
 //! along both rods. `nodes` are the positions of an edge in the unknowns of the assembly, m. `pair` is the contact of
-//! two edges, with the edges that follow them. [`WorkSpace`] is a list that evaluations keep.
+//! two edges, with the edges that follow them. `WorkSpace` is a list that evaluations keep.
 
 use crate::energy::edge_pair::EdgePair;
 use crate::numerics::scalar::Scalar;
