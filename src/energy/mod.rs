@@ -12,9 +12,9 @@
 //! A user-defined energy on a rod implements [`OwnEnergy`] ([`own`]). `attach` adds it to a scene, [`place`] finds its
 //! elements, and `adapter` with `autodiff` derives it by the unknowns. `anchor_spring` is a spring to a fixed point,
 //! `tendon` a tendon, `edge_contact` the contact of an edge with an obstacle, `edge_pair` that of two edges.
-//! `pair_loss` has the damping and friction of two edges. `swept_edge` and `swept_pair` test whether an edge passes through an obstacle or another edge. Outside a rod an
-//! energy implements [`Energy`], and [`Analytic`] if its derivatives are derived by hand; [`AsEnergy`] makes an element
-//! such an energy.
+//! `pair_loss` has the damping and friction of two edges. `swept_edge` and `swept_pair` test whether an edge passes
+//! through an obstacle or another edge. Outside a rod an energy implements [`Energy`], and [`Analytic`] if its
+//! derivatives are derived by hand; [`AsEnergy`] makes an element such an energy.
 //!
 //! Read [`stretch`] first: it is the simplest complete element.
 

@@ -3,7 +3,7 @@
 //! The laws are those of [`contact_loss`](crate::energy::contact_loss), along the parts of both edges that touch
 //! ([`edge_pair`](crate::energy::edge_pair)). With the point `x` of one edge, the nearest point `y` of the other and `w
 //! = x - y`, the overlap has the rate `-w.(x' - y')/D`. The contact point divides `w` by the ratio of the radii. An
-//! edge `e` with the spin `v` moves there, at the distance `a` from its axis, with
+//! edge `e` with the spin `v` moves there, at the vector `a` from its axis, with
 //!
 //! ```text
 //! V = x' + W x a      W = e x e'/(e.e) + v e/|e|

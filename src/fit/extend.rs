@@ -107,11 +107,11 @@ impl FitFile {
         Ok(found)
     }
 
-    /// The fit with the effect of the number `parameter` added to all scenes that can have it, as a further unknown of
-    /// these experiments. The unknown starts at the value of the first such scene plus `estimate`, or else plus the plausible size of the
-    /// effect. The start is in the parameter's unit, within its limits. The unknown belongs to all experiments if all
-    /// scenes can have the effect, else to those by name. `None` if no scene can have the effect. An error if a scene
-    /// cannot have the values of the `report`.
+    /// The fit with the effect of the number `parameter` added to all scenes that can have it, and whose number is that
+    /// of the first one, as a further unknown of these experiments. The unknown starts at the value of the first such
+    /// scene plus `estimate`, or else plus the plausible size of the effect. The start is in the parameter's unit,
+    /// within its limits. The unknown belongs to all experiments if all scenes can have the effect, else to those by
+    /// name. `None` if no scene can have the effect. An error if a scene cannot have the values of the `report`.
     fn with_term(
         &self,
         parameter: Parameter,
@@ -119,11 +119,16 @@ impl FitFile {
         report: &FitReport,
     ) -> Result<Option<Self>, Error> {
         let mut file = self.clone();
-        let (mut names, mut start) = (Vec::new(), None);
+        let (mut names, mut start, mut first) = (Vec::new(), None, None);
         for experiment in &mut file.experiments {
             // The plausible size depends on the rod's size at the estimates.
             let problem = experiment.problem.with(report.parameters_of(experiment))?;
             let sizes = RodSizes::new(experiment, &problem);
+            // One unknown has one value: experiments with another value of the number keep it.
+            let stated = parameter.of(experiment.problem.scene());
+            if *first.get_or_insert(stated) != stated {
+                continue;
+            }
             if let Some(plausible) = add_effect(parameter.path(), experiment, &sizes) {
                 // The scene may have a part of the effect: the score test estimates the change from it.
                 let value = parameter.of(experiment.problem.scene()).unwrap_or(0.0);

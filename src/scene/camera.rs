@@ -4,9 +4,9 @@
 //! rotation by `in_plane_rotation` about the normal of a planar scene (z in space). `shift` is `clamp_position`, and
 //! `wall` the first node at rest, of a structure the origin of its first rod. The recorded position `p` of a distorting
 //! lens satisfies `u - c = (1 + distortion r^2) (p - c)` across the normal, with the distance `r` of `p` from the
-//! optical center `c` in the picture (Brown 1971, first radial term). The clock of the recording shows
-//! `time_scale t + time_offset + row_delay . (p - wall - shift)` for the motion at `t`: a rolling shutter reads the rows
-//! of a frame one after the other.
+//! optical center `c` in the picture (Brown 1971, first radial term). The clock of the recording shows `time_scale t +
+//! time_offset + row_delay . (p - wall - shift)` for the motion at `t`: a rolling shutter reads the rows of a frame one
+//! after the other.
 //!
 //! Times in s, angles in rad, positions in m, `distortion` in 1/m^2, `row_delay` in s/m. By default there is no effect:
 //! the scales are 1, all other numbers are 0. Only fits apply the camera, with these numbers as possible parameters.
@@ -62,6 +62,14 @@ impl<D: From<f64> + Default> Default for Camera<D> {
             optical_center: Default::default(),
             row_delay: Default::default(),
         }
+    }
+}
+
+impl Camera {
+    /// The time of the motion, s, at `time`, s, on the clock of the recording, in the row of the clamp. It may be
+    /// negative.
+    pub(crate) fn time_of_motion(&self, time: f64) -> f64 {
+        (time - self.time_offset) / self.time_scale
     }
 }
 

@@ -10,8 +10,8 @@
 //! Output: the [`Track`] of three points of the gripper ([`gripper_frame`](crate::scene::gripper_frame)), m and s.
 //!
 //! Errors, with file and line: a rotation in no form or in several, a partly blank row, a clock that does not increase
-//! or does not start at 0, a rigid body that the file does not have, an axis whose length is not 1 within 1 %, more than
-//! a turn in a column without a unit, and invalid or too distant poses of the track.
+//! or does not start at 0, a rigid body that the file does not have, an axis whose length is not 1 within 1 %, more
+//! than a turn in a column without a unit, and invalid or too distant poses of the track.
 
 use crate::error::Error;
 use crate::numerics::vector::{Vector, dot, scale};
@@ -22,6 +22,9 @@ use marker_files::table::{LENGTHS, TIMES, Table, TableRow};
 use marker_files::{ANGLES, ColumnRules, Format, RecordedBodyPose};
 use std::f64::consts::TAU;
 use std::path::Path;
+
+/// Angle in a column without a unit above which it is more than a turn, rad: a turn, with a margin for rounding.
+pub(crate) const LARGEST_ROUNDED_TURN: f64 = TAU * (1.0 + 1e-3);
 
 /// Columns of the rotation in a table, with the factors of their units.
 pub(crate) enum RotationColumns {
@@ -212,7 +215,7 @@ impl RotationColumns {
     fn angle(table: &Table, row: &TableRow, column: usize, factor: f64) -> Result<f64, String> {
         let own = value(table, row, column)?;
         let (name, unit) = &table.columns[column];
-        match unit.is_none() && own.abs() > TAU {
+        match unit.is_none() && own.abs() > LARGEST_ROUNDED_TURN {
             true => Err(turns_without_unit(name, own)),
             false => Ok(own * factor),
         }

@@ -2,9 +2,10 @@
 //!
 //! A [`SensorModel`] has a rotation of the frame beyond that of the observation (rotation vector, rad), the position of
 //! a load cell relative to the support, m, a gain, a delay, s, and the cutoff frequency of a first-order low-pass
-//! filter, Hz. A reading at `t` is the filtered component at `t - delay` times the gain. A dial gauge of load-deflection
-//! curves has the reading without load, m. Only fits use sensors, with these numbers as possible parameters
-//! (`sensors.NAME.delay`). By default there is no effect. Names that are not valid or used twice are rejected.
+//! filter, Hz. A reading at `t` is the filtered component at `t - delay` times the gain. A dial gauge of
+//! load-deflection curves has the reading without load, m. Only fits use sensors, with these numbers as possible
+//! parameters (`sensors.NAME.delay`). By default there is no effect. Names that are not valid or used twice are
+//! rejected.
 
 use crate::error::{Error, ensure};
 use crate::scene::number::{Quantity, is_default, is_one, one};

@@ -11,8 +11,8 @@ pub(crate) const USUAL_RATIO: f64 = 0.3;
 
 impl<D: Scalar> Scene<D> {
     /// Ratio `E/(kappa G)` of the section and the material in the middle of a rod. Without a shear modulus the material
-    /// is isotropic, with Poisson's ratio or else [`USUAL_RATIO`]. With one, Poisson's ratio of the shear coefficient is
-    /// `E/(2 G) - 1` where that is from -1 to 0.5, else [`USUAL_RATIO`].
+    /// is isotropic, with Poisson's ratio or else [`USUAL_RATIO`]. With one, Poisson's ratio of the shear coefficient
+    /// is `E/(2 G) - 1` where that is from -1 to 0.5, else [`USUAL_RATIO`].
     pub(crate) fn shear_flexibility(&self) -> D {
         let (section, material) = self.at(0.5);
         let Some(shear_modulus) = material.shear_modulus else {

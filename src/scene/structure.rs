@@ -508,7 +508,7 @@ impl StructureScene {
             let key = format!("rod_contacts[{i}].{name}");
             let found = format!("{name} with the scheme {}", time.scheme.name());
             let allowed = "\"newmark-beta\" or \"generalised-alpha\", with damping or friction";
-            ensure(contact.loss().is_none(), key, found, allowed)?;
+            ensure(!contact.is_dissipative(), key, found, allowed)?;
         }
         let is_recorded = self.has_recorded_ends();
         let allowed = "\"newmark-beta\" or \"generalised-alpha\", with recorded supports";

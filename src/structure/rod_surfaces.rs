@@ -1,9 +1,9 @@
 //! Contacts of the rods of a structure with each other: from the scene to the laws of the assembly.
 //!
-//! [`RodSurfaces::new`] evaluates stiffness, losses, radii and lengths of all edges of the rods, over any number type. Without
-//! a stiffness in the scene a contact has the largest of those that the rods would have in contact with an obstacle.
-//! [`RodSurfaces::laws`] adds the unknowns of the edges, their fixed nodes, and the bodies that carry the ends of their
-//! rods. Edges with a node that a body carries are left out.
+//! [`RodSurfaces::new`] evaluates stiffness, losses, radii and lengths of all edges of the rods, over any number type.
+//! Without a stiffness in the scene a contact has the largest of those that the rods would have in contact with an
+//! obstacle. [`RodSurfaces::laws`] adds the unknowns of the edges, their fixed nodes, and the bodies that carry the
+//! ends of their rods. Edges with a node that a body carries are left out.
 //!
 //! [`RodOverlapRecord`] holds the largest overlap of all states that `add` receives. `check` rejects any overlap, for
 //! the start. `warning` is that of an overlap above [`LARGEST_PENETRATION`] of the radius.

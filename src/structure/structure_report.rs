@@ -113,7 +113,8 @@ impl StructureReport {
     /// Sets the status, `completed` or the text of the error in `outcome`, and replaces the warnings: those of the
     /// scene first, then those of large strains, that of the energy, and that of stretching of mean states. The one of
     /// the energy is given if the change of the energy over the largest kinetic energy exceeds the limit for the scene
-    /// of the first rod. There is none with damping of rods, joints or contacts, with recorded ends, and without kinetic energy.
+    /// of the first rod. There is none with damping of rods, joints or contacts, with recorded ends, and without
+    /// kinetic energy.
     pub fn finish(&mut self, structure: &Structure, outcome: &Result<(), Error>) {
         let [change, kinetic] = self.energy_change();
         let energy =

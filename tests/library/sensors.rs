@@ -273,7 +273,7 @@ fn invalid_keys_of_sensors_are_named() {
     assert_eq!((&key[..], &found[..]), ("observation[0].of", "start, a free end"));
 }
 
-/// Angles in a column without a unit are read as rad. Small ones in degrees look the same: the first line says so.
+/// Angles in a column without a unit are read as rad, and the verdict states it.
 #[test]
 fn angles_without_a_unit_are_no_trustworthy_result() {
     let scene = short();

@@ -127,16 +127,21 @@ impl Experiment {
         self.measurements.iter().filter_map(record)
     }
 
-    /// The shortest [rise time](PointMotion::rise_time) of the recorded motions and of the gauges and sensors over
-    /// time, s. Left out are motions smaller than [`LEAST_MOTION`] of the largest one, whose rise is noise, and rise
-    /// times of zero. None where nothing is left.
+    /// The shortest [rise time](PointMotion::rise_time) of the recorded motions, on the clock of the rod, and of the
+    /// gauges and sensors over time, s. Left out are motions smaller than [`LEAST_MOTION`] of the largest one, whose
+    /// rise is noise, and rise times of zero. None where nothing is left.
     pub(crate) fn rise_time(&self) -> Option<f64> {
         let largest = self.motions().map(PointMotion::largest_distance).fold(0.0, f64::max);
         let moves = |m: &&Measurement| {
             m.motion().is_none_or(|own| own.largest_distance() >= LEAST_MOTION * largest)
         };
-        let records = self.measurements.iter().filter(moves).filter_map(record);
-        records.map(|own| own.rise_time()).filter(|rise| *rise > 0.0).reduce(f64::min)
+        let time_scale = self.problem.scene().camera.time_scale;
+        let rise = |own: &Measurement| {
+            let scale = if own.motion().is_some() { time_scale } else { 1.0 };
+            Some(record(own)?.rise_time() / scale)
+        };
+        let rises = self.measurements.iter().filter(moves).filter_map(rise);
+        rises.filter(|rise| *rise > 0.0).reduce(f64::min)
     }
 
     /// Whether a motion, or a gauge or sensor over time, was measured, so that the motion of the rod is simulated.

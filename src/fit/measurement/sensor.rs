@@ -102,7 +102,7 @@ impl Sensor {
 
 impl SensorReadings {
     /// The component at all times of a record, without filter, in the frame of the sensor of the scene and times its
-    /// gain.
+    /// gain, which angles do not have.
     fn components<D: Scalar>(
         &self,
         record: &RecordView<'_, D>,
@@ -111,7 +111,9 @@ impl SensorReadings {
         match self.sensor.model(simulated.scene) {
             Some(model) => {
                 let mut values = self.channel.values_of_sensor(model, record, simulated)?;
-                values.iter_mut().for_each(|value| *value *= model.gain);
+                if !self.channel.is_angle() {
+                    values.iter_mut().for_each(|value| *value *= model.gain);
+                }
                 Ok(values)
             }
             None => self.channel.values(record, simulated),

@@ -3,10 +3,10 @@
 //! Input: the name, or none, and a scene over any scalar. Output: the [`SensorModel`], its delay and its filter, and
 //! the [time of the motion](SensorReference::time_of_motion) that a reading shows. `check` rejects a name that no
 //! sensor of the scene has, filters of both the sensor and the observation, and one of readings at rest.
-//! `check_without_position` rejects the position of a sensor at a point, `check_without_gain` the gain of one of angles,
-//! `check_gauge` all numbers of a dial gauge but its zero offset, which sensors of readings do not have. `require` adds the time of the last reading to
-//! the required outputs of a simulation, and `is_delayed` returns whether times are on a clock with a delay. Without a
-//! name the clock is that of the motion.
+//! `check_without_position` rejects the position of a sensor at a point, `check_without_gain` the gain of one of
+//! angles, `check_gauge` all numbers of a dial gauge but its zero offset, which sensors of readings do not have.
+//! `require` adds the time of the last reading to the required outputs of a simulation, and `is_delayed` returns
+//! whether times are on a clock with a delay. Without a name the clock is that of the motion.
 
 use crate::error::{Error, ensure};
 use crate::fit::measurement::reading::Reading;

@@ -6,22 +6,21 @@
 //! forces and moments may begin with the end, as `start_fx`, and end with the SI unit: `fx_n`, `mx_nm`, `mx_n_m`. Units
 //! in brackets: N, mN, kN; `N m`, `mN m`, `N mm`; m/s^2, mm/s^2, g; rad, mrad, deg; 1/m, 1/mm; %, um/m. Output: the
 //! readings of every component that the file has, s and N, N m, m/s^2, rad, 1/m or parts of the length. The numbers of
-//! rows that were left out, before the start and without a value, are output too. A file that is no table or has no
-//! component or reading, other units, angles above a turn or strains above 1 without a unit, a blank clock, frames
-//! without a rate, times that are negative without a start or do not increase, and a window without a clock are errors
-//! with file and line.
+//! rows that were left out, before the start and without a value, are output too. Errors have file and line: a file
+//! that is no table or has no component or reading, other units, and angles above a turn or strains above 1 without a
+//! unit. So are a blank clock, frames without a rate, times that are negative without a start or do not increase, and a
+//! window without a clock.
 
 use crate::error::Error;
 use crate::fit::measurement::reading::Reading;
 use crate::scene::End;
-use crate::scene::pose_table::turns_without_unit;
+use crate::scene::pose_table::{LARGEST_ROUNDED_TURN, turns_without_unit};
 use marker_files::table::{TIMES, Table, TableRow};
 use marker_files::{
     ACCELERATIONS, ANGLES, AccelerationColumns, CURVATURES, ColumnRules, Dropped, FORCES, MOMENTS,
     STRAINS,
 };
 use serde::Deserialize;
-use std::f64::consts::TAU;
 use std::path::Path;
 
 /// Tolerance of the ends of a window, s: rounding errors of times since the start of the motion.
@@ -194,7 +193,7 @@ impl SensorTable<'_> {
         let Some((name, _)) = column.filter(|(_, unit)| unit.is_none()) else { return Ok(None) };
         let largest = readings.iter().map(|reading| reading.value.abs()).fold(0.0, f64::max);
         match self.quantity {
-            SensorQuantity::Angle if largest > TAU => {
+            SensorQuantity::Angle if largest > LARGEST_ROUNDED_TURN => {
                 Err(table.error(1, &turns_without_unit(name, largest)).into())
             }
             SensorQuantity::Angle => Ok(Some(name.clone())),

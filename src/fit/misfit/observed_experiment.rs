@@ -153,8 +153,8 @@ impl ObservedExperiment {
         self.unknowns.contains(&i)
     }
 
-    /// The parameters of the unknowns of this experiment other than those of the camera and of sensors, which do not change
-    /// the motion of the rod.
+    /// The parameters of the unknowns of this experiment other than those of the camera and of sensors, which do not
+    /// change the motion of the rod.
     pub(super) fn motion_parameters(&self, unknowns: &[Unknown]) -> Vec<Parameter> {
         let own = self.unknowns.iter().map(|i| unknowns[*i].parameter);
         own.filter(|p| !p.is_of_the_recording()).collect()
@@ -180,7 +180,7 @@ impl ObservedExperiment {
             &self.required;
         let camera = problem.scene().camera;
         let end = match camera.row_delay == [0.0; 3] {
-            true => (last_recorded - camera.time_offset) / camera.time_scale,
+            true => camera.time_of_motion(*last_recorded),
             false => View::new(&problem, |_, x| x).latest_time(*last_recorded, recorded_range),
         };
         let of_sensor = |last: &DelayedReading| {

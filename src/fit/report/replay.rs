@@ -155,8 +155,7 @@ pub(crate) fn add_motion(search: &Search, x: &[f64], plots: &mut PlotData) -> Re
         let mut moving: Vec<RodShape> = Vec::new();
         // Shapes are taken at the first steps after evenly spaced times.
         let run = residuals.run(k, x, false, &mut |problem, simulation| {
-            let camera = problem.scene().camera;
-            let end = (experiment.duration() - camera.time_offset) / camera.time_scale;
+            let end = problem.scene().camera.time_of_motion(experiment.duration());
             let next = end * moving.len() as f64 / (SHAPES - 1) as f64;
             if simulation.time() >= next * (1.0 - 1e-9) {
                 moving.push(RodShape {

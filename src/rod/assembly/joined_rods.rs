@@ -60,8 +60,8 @@ pub struct JoinedRods<D: RodScalar, L: AssemblyLayout> {
     room: MemberWorkspace<D, L>,
 }
 
-/// Copies the unknowns `q` of a rod, with its carried and fixed nodes, or their velocities, to those of all rods, unless
-/// that list is empty.
+/// Copies the unknowns `q` of a rod, with its carried and fixed nodes, or their velocities, to those of all rods,
+/// unless that list is empty.
 pub(super) fn keep_placed<D: RodScalar, L: AssemblyLayout>(
     member: &Member<D, L>,
     q: &[D],

@@ -31,16 +31,21 @@ impl EffectTerm for GravityChange {
         let ([vertical], true) = (&axes[..], scene.structure.is_none()) else { return Vec::new() };
         let is_planar = problem.planar().is_some();
         let moves_along = |c: usize| !is_planar || problem.normal()[c].abs() < ALONG_NORMAL;
+        // Experiments with other directions of gravity have effects of their own.
+        let sign = if gravity[*vertical] > 0.0 { "" } else { "-" };
         let effect = |c: usize| {
             let axis = ["x", "y", "z"][c];
             let (name, relative, test) = match c == *vertical {
                 true => (
-                    "different gravity".into(),
+                    format!("different gravity along {sign}{axis}"),
                     SIZE,
                     "check the sign of loads.gravity, and the medium about the rod",
                 ),
                 false => (
-                    format!("gravity tilted along {axis}"),
+                    format!(
+                        "gravity along {sign}{} tilted along {axis}",
+                        ["x", "y", "z"][*vertical]
+                    ),
                     TILT,
                     "place a plumb line in the picture",
                 ),

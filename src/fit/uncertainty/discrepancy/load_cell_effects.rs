@@ -27,7 +27,7 @@ pub(super) struct LoadCell {
 }
 
 /// The end and the sensor of a measurement of a moment; none of other measurements.
-fn moment_of(data: &MeasuredData) -> Option<(End, &SensorReference)> {
+pub(super) fn moment_of(data: &MeasuredData) -> Option<(End, &SensorReference)> {
     match data {
         MeasuredData::SensorReadings(own) => match own.channel {
             SensorChannel::Support(Channel { of, part: ReactionPart::Moment, .. }) => {
@@ -37,6 +37,11 @@ fn moment_of(data: &MeasuredData) -> Option<(End, &SensorReference)> {
         },
         _ => None,
     }
+}
+
+/// Name of the sensor of moments of an end without a sensor in the scene.
+pub(super) fn load_cell_at(end: End) -> String {
+    format!("load-cell-{}", name_of(end))
 }
 
 /// Name of an end of the rod.
@@ -57,8 +62,7 @@ impl EffectTerm for LoadCell {
             if model.is_some_and(|model| model.position != [0.0; 3]) {
                 continue;
             }
-            let added = || format!("load-cell-{}", name_of(end));
-            let sensor = model.map_or_else(added, |model| model.name.clone());
+            let sensor = model.map_or_else(|| load_cell_at(end), |model| model.name.clone());
             let nodes = problem.rest_positions();
             let edge: Vector<f64> = match (end, &nodes[..]) {
                 (End::Start, [first, second, ..]) => sub(*second, *first),

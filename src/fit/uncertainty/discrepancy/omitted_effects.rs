@@ -421,7 +421,8 @@ impl OmittedEffect {
 
     /// Whether a scene states the effect, or cannot have it. It states the effect if its number differs from `absent`.
     /// Any attached mass states the tip mass, any friction internal friction, and a taper of the modulus the stiffness
-    /// at the grip. Another frame rate is excluded where a recording moves an end. Effects of `supports` require a clamped end (start or end of the rod).
+    /// at the grip. Another frame rate is excluded where a recording moves an end. Effects of `supports` require a
+    /// clamped end (start or end of the rod).
     fn is_excluded_by(&self, scene: &Scene) -> bool {
         // A number at another value than that of an absent effect is stated.
         let own = self.absent.zip(self.parameter().of(scene));
@@ -432,7 +433,11 @@ impl OmittedEffect {
                 FRICTION => scene.loads.damping.friction.is_some(),
                 GRIP_STIFFNESS => scene.rod.taper.youngs_modulus.is_some(),
                 // The recording that moves an end has the same clock.
-                TIME_SCALE => scene.supports.path.is_some(),
+                TIME_SCALE => {
+                    let structure = scene.structure.as_ref();
+                    scene.supports.path.is_some()
+                        || structure.is_some_and(|own| own.recording.is_some())
+                }
                 path => path.starts_with("supports.") && !has_clamp,
             }
     }

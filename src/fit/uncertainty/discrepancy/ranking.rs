@@ -8,8 +8,8 @@
 //! two conditions, with the z-scores `a` of the best and `b` of the other. First, the part of the other's direction
 //! orthogonal to the best one correlates with the residuals by no more than noise does (below [`NOISE`] standard
 //! deviations). Second, the best is not significantly better, `a^2 - b^2 < 1.645^2`. Effects of the wrong sign join
-//! none. Within a rank, which the data cannot order, the effect with the smallest size over its plausible one is first,
-//! after it the others that are significant.
+//! none. Within a rank, which the data cannot order, significant effects precede the others. Each part is in the order
+//! of the estimated size over the plausible one, the smallest first.
 //!
 //! If the other effect is the cause, this difference has the mean `-m` and the standard deviation `2 sqrt(m)`, where
 //! `m` measures the difference of the directions. It exceeds the limit in at most 5 % of all cases, for any `m`.
@@ -95,8 +95,8 @@ fn order(a: &ScoredEffect, b: &ScoredEffect) -> Ordering {
 mod tests {
     use super::*;
 
-    /// Indices and ranks of effects along `directions`, for noise with a standard deviation of 1. Effect `k` has `3 - k`
-    /// plausible sizes.
+    /// Indices and ranks of effects along `directions`, for noise with a standard deviation of 1. Effect `k` has `3 -
+    /// k` plausible sizes.
     fn ranks(directions: &[[f64; 3]], residuals: [f64; 3]) -> Vec<[usize; 2]> {
         let residuals = DVector::from_column_slice(&residuals);
         let scored = |(k, direction): (usize, &[f64; 3])| {
@@ -122,8 +122,8 @@ mod tests {
         tests.into_iter().map(|test| [test.source.parse().unwrap(), test.rank]).collect()
     }
 
-    /// Effects 1 and 2 have nearly one direction; the size of effect 2 is more plausible. Effect 0 explains the residuals
-    /// orthogonal to it.
+    /// Effects 1 and 2 have nearly one direction; the size of effect 2 is more plausible. Effect 0 explains the
+    /// residuals orthogonal to it.
     #[test]
     fn effects_with_one_direction_share_a_rank() {
         let directions = [[0.0, 0.0, 1.0], [2.0, 0.1, 0.0], [1.0, 0.0, 0.0]];

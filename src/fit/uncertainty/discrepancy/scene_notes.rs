@@ -2,11 +2,11 @@
 //! large strains.
 //!
 //! [`scene_notes`] examines the scenes of all experiments at the values of the optimum, and adds each note once to the
-//! warnings of a fit. Notes do not lower the grade. A fitted Young's modulus of no solid does, and so do one beside the density of
-//! no solid, and strains above [`IMPOSSIBLE_STRAIN`]. Structures are not examined: one note lists which effects are not
-//! assessed for them. A strain above `LARGEST_STRAIN`, the limit of a linear material, has a note, for the first such
-//! experiment only. Strains of measured shapes at rest are those of the equilibrium. Strains of a measured motion are
-//! the largest of a simulation.
+//! warnings of a fit. Notes do not lower the grade. Warnings do: of a fitted Young's modulus of no solid, of one beside
+//! the density of no solid, and of strains above [`IMPOSSIBLE_STRAIN`]. Structures are not examined: one note lists
+//! which effects are not assessed for them. A strain above `LARGEST_STRAIN`, the limit of a linear material, has a
+//! note, for the first such experiment only. Strains of measured shapes at rest are those of the equilibrium. Strains
+//! of a measured motion are the largest of a simulation.
 //!
 //! That simulation is omitted, and the strain of the initial shape counts, where [`OVERSHOOT`] times an estimated bound
 //! is at most `LARGEST_STRAIN`. The bound is the larger of the strain of the initial shape and of one by beam theory.

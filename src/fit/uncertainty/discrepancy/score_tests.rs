@@ -118,9 +118,9 @@ fn p_value(sigmas: f64, is_one_sided: bool, freedom: Option<f64>) -> f64 {
     if is_one_sided { upper_tail(sigmas) } else { 2.0 * upper_tail(sigmas.abs()) }
 }
 
-/// Whether the number of a tested effect plus its estimated change is above zero in every scene of `experiments` with
-/// that number, or may be negative or zero. Angles of [`LARGEST_ANGLE`] and more are not possible either, nor are
-/// changes of gravity by more than [`LARGEST_GRAVITY`] times its largest component.
+/// Whether the estimated change of the number of a tested effect is possible. An angle must change by less than
+/// [`LARGEST_ANGLE`], gravity by at most [`LARGEST_GRAVITY`] times its largest component. A positive number must remain
+/// above zero in every scene of `experiments` that has it.
 fn is_possible(test: &ScoreTest, experiments: &[Experiment]) -> bool {
     if test.unit == "rad" && test.estimate.abs() >= LARGEST_ANGLE {
         return false;
@@ -261,7 +261,7 @@ impl ScoreTestInputs<'_> {
                 test.p_value = corrected(test.p_value);
                 test.p_value_if_correlated = test.p_value_if_correlated.map(corrected);
             }
-            // Numbers that no rod has, as negative densities or whole turns, are no causes.
+            // Impossible numbers, as negative densities and large angles, are no causes.
             scored.retain(|ScoredEffect { test, .. }| is_possible(test, &experiments));
             ranked(scored, residuals, |along| statistics.variance_along(along).variance)
         };

@@ -1,16 +1,17 @@
 //! Effects of gains of sensors: calibrations, gauge factors and sensitivities that differ from those stated.
 //!
 //! `SensorGain::effects` lists them for one experiment: one for each sensor of forces, moments, accelerations,
-//! curvatures or strains. Its number is `sensors.NAME.gain`, with a plausible error of [`GAIN`]. All
-//! observations of a quantity without a sensor have one gain: a common error of calibration is the one that other
-//! readings do not reveal. `SensorGain::add_to` adds the sensor to the scene, and refers these observations to it.
-//! Angles and rotations have no gain.
+//! curvatures or strains. Its number is `sensors.NAME.gain`, with a plausible error of [`GAIN`]. All observations of a
+//! quantity without a sensor have one gain, moments one per end of the rod: other readings do not reveal a common error
+//! of calibration. `SensorGain::add_to` adds the sensor to the scene, and refers these observations to it. Angles and
+//! rotations have no gain.
 
 use crate::fit::measurement::experiment::Experiment;
 use crate::fit::measurement::sensor::SensorReadings;
 use crate::fit::measurement::sensor_reference::SensorReference;
 use crate::fit::measurement::{MeasuredData, Measurement};
 use crate::fit::uncertainty::discrepancy::experiment_effect::{EffectTerm, ExperimentEffect};
+use crate::fit::uncertainty::discrepancy::load_cell_effects::{load_cell_at, moment_of};
 use crate::scene::{Parameter, SensorModel};
 
 /// Plausible relative error of a calibration: that of gauge factors of strain gauges, and of load cells off their axis.
@@ -33,7 +34,7 @@ fn readings_of(measurement: &Measurement) -> Option<&SensorReadings> {
     }
 }
 
-/// What sensors with readings in a unit measure, as text.
+/// Name of the quantity with this unit.
 fn quantity_in(unit: &str) -> &'static str {
     match unit {
         "N" => "force",
@@ -55,7 +56,11 @@ impl EffectTerm for SensorGain {
             let (sensor, name) = match readings.sensor.model(scene) {
                 Some(model) if model.gain != 1.0 => continue,
                 Some(model) => (model.name.clone(), format!("sensor {}", model.name)),
-                None => (format!("{quantity}-sensors"), format!("{quantity} sensors")),
+                // Moments have the sensor of the effects of load cells.
+                None => match moment_of(&measurement.data) {
+                    Some((end, _)) => (load_cell_at(end), format!("sensor {}", load_cell_at(end))),
+                    None => (format!("{quantity}-sensors"), format!("{quantity} sensors")),
+                },
             };
             match found.iter_mut().find(|effect| effect.term.sensor == sensor) {
                 Some(effect) => effect.term.measurements.push(k),

@@ -1,14 +1,14 @@
 //! Omitted effects of a fit with their plausible sizes, and the experiments with their terms added.
 //!
-//! [`ExtendedExperiments::new`] selects effects from the table of omitted effects, then those of structures, load cells,
-//! gains of sensors, gravity and dial gauges. It leaves out effects whose number is identified or a known input in any experiment, or that the
-//! scenes state, do not define or exclude beside such a parameter. The terms of all others are added to copies of the
-//! experiments; each takes those that its scene can have. The plausible size is that of the first experiment in which
-//! an effect of the table is defined, unless the options of the fit give one; other effects always have the usual one.
-//! The results are these experiments, and each effect with the change of the scenes by its plausible size, in the unit
-//! of its number. An effect that no scene can have is left out. Values of the optimum that a scene does not allow are
-//! an error. Score tests differentiate the residuals by these changes. [`add_effect`] adds a single effect of one rod, for
-//! fits with it as a further unknown.
+//! [`ExtendedExperiments::new`] selects effects from the table of omitted effects, then those of structures, load
+//! cells, gains of sensors, gravity and dial gauges. It leaves out effects whose number is identified or a known input
+//! in any experiment, or that the scenes state, do not define or exclude beside such a parameter. The terms of all
+//! others are added to copies of the experiments; each takes those that its scene can have. The plausible size is that
+//! of the first experiment in which an effect of the table is defined, unless the options of the fit give one; other
+//! effects always have the usual one. The results are these experiments, and each effect with the change of the scenes
+//! by its plausible size, in the unit of its number. An effect that no scene can have is left out. Values of the
+//! optimum that a scene does not allow are an error. Score tests differentiate the residuals by these changes.
+//! [`add_effect`] adds a single effect of one rod, for fits with it as a further unknown.
 
 use crate::error::Error;
 use crate::fit::known::Known;

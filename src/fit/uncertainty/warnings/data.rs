@@ -3,9 +3,10 @@
 //!
 //! Each function receives a result of an earlier stage, or the experiments, and adds its warnings to the list, as
 //! *finding. consequence. action.* with a code. Halved steps (unless the fit converged to residuals of noise) and too
-//! large steps have the severity `Numerics`, repeated frames `Misfit`, angles without a unit `Ambiguous`; these lower the grade. All others are notes:
-//! constant coordinates, defects of recordings that move supports and of samples of signals, exponentially growing
-//! sensitivities, and leverage weights below 1 (unless growing sensitivities are their cause).
+//! large steps have the severity `Numerics`, repeated frames `Misfit`, angles without a unit `Ambiguous`; these lower
+//! the grade. All others are notes: constant coordinates, defects of recordings that move supports and of samples of
+//! signals, exponentially growing sensitivities, and leverage weights below 1 (unless growing sensitivities are their
+//! cause).
 
 use crate::code::Code;
 use crate::fit::measurement::constant_axes::ConstantAxis;
@@ -55,8 +56,8 @@ pub(crate) fn constant_axes(axes: &[ConstantAxis], warnings: &mut Warnings) {
     }
 }
 
-/// Adds a warning of the severity `Ambiguous` for each file whose angles have no unit and were read as rad: small ones
-/// in degrees look the same, and change the estimates by orders of magnitude.
+/// Adds a warning of the severity `Ambiguous` for each file whose angles have no unit and were read as rad: small
+/// angles in degrees cannot be distinguished from rad, and change the estimates by orders of magnitude.
 pub(crate) fn assumed_units(experiments: &[Experiment], warnings: &mut Warnings) {
     let mut files: Vec<&Path> = Vec::new();
     for (experiment, measurement) in all(experiments).filter(|(_, own)| !own.planned()) {
