@@ -1,5 +1,5 @@
 //! Damping and friction of rods in contact with each other: sliding on rails against Coulomb's law, the restitution of
-//! an impact, energy and momentum, and rejected scenes.
+//! an impact, energy and momentum, the capstan, and rejected scenes.
 
 use crate::contact_scenes::{
     DIMENSIONS, GRAVITY, RADIUS, collision, gravity, placed, structure, time,
@@ -7,6 +7,7 @@ use crate::contact_scenes::{
 use crate::scenes::{support, twisting_steel};
 use rodfit::rod::{Rod, StepVelocities};
 use rodfit::{Structure, StructureScene};
+use std::f64::consts::PI;
 
 /// A stiff rod on held rods: along one in a plane, across two in space. Gravity has this angle to the vertical. It
 /// slides with g (sin - mu cos), or creeps below the slip velocity `s` at the speed y s with 2 y - y^2 = tan/mu.
@@ -230,4 +231,58 @@ fn losses_of_rods_that_are_not_possible_are_rejected() {
     let found = loaded.equilibrium().unwrap();
     let warnings = loaded.equilibrium_warnings(&found);
     assert!(warnings.iter().any(|text| text.contains("[frictionless]")), "{warnings:?}");
+}
+
+/// A belt around half of a held drum (the capstan): the force `P` at one end and `Q` at the other accelerate it by
+/// `(P - Q e)/(l (t + t e + r (e - 1)/mu))`, `e = exp(pi mu)`, with the mass per length `l` of the belt, the lengths `t`
+/// of its straight parts and the radius `r` of its axis.
+#[test]
+fn belt_around_a_drum_is_accelerated_as_by_a_capstan() {
+    const COUNT: usize = 24;
+    let (friction, belt, drum, straight) = (0.3_f64, 1e-3, 0.0195, 0.02);
+    let ([pull, hold], density) = ([3.0, 1.0], 1e5);
+    // The edges of the belt touch the drum at the start, not its nodes.
+    let ring = 1.003 * (belt + drum);
+    let arc = (0..=COUNT).map(|k| {
+        let angle = PI * k as f64 / COUNT as f64;
+        [ring * angle.sin(), -ring * angle.cos(), 0.0]
+    });
+    let before = [[-straight, -ring, 0.0], [-0.5 * straight, -ring, 0.0]];
+    let after = [[-0.5 * straight, ring, 0.0], [-straight, ring, 0.0]];
+    let points: Vec<[f64; 3]> = before.into_iter().chain(arc).chain(after).collect();
+    let text = [
+        "dimension = \"spatial\"\n[[materials]]\nname = \"belt\"\n".into(),
+        format!("density = {density:e}\nyoungs_modulus = 1e8\npoisson_ratio = 0.3\n"),
+        "[[rods]]\nname = \"drum\"\nsegments = 6\nmaterial = \"belt\"\n".into(),
+        "shape = { kind = \"straight\", length = 0.06, direction = [0, 0, 1] }\n".into(),
+        format!("origin = [0, 0, -0.03]\nsection = {{ kind = \"circle\", radius = {drum} }}\n"),
+        support("drum.start", "clamped"),
+        support("drum.end", "clamped"),
+        format!(
+            "[[rods]]\nname = \"belt\"\nsegments = {}\nmaterial = \"belt\"\n",
+            points.len() - 1
+        ),
+        format!("shape = {{ kind = \"polyline\", points = {points:?} }}\norigin = [0, 0, 0]\n"),
+        format!("section = {{ kind = \"circle\", radius = {belt:e} }}\n"),
+        format!("[[loads.point]]\nrod = \"belt\"\nnode = 0\nforce = [{:e}, 0, 0]\n", -hold),
+        format!("[[loads.point]]\nrod = \"belt\"\nforce = [{:e}, 0, 0]\n", -pull),
+        "[loads.damping]\nstiffness = 2e-3\n".into(),
+        format!("[[rod_contacts]]\nfriction = {friction}\nslip_velocity = 1e-2\n"),
+        time(0.03, 1e-4, ""),
+    ];
+    let own = Structure::new(StructureScene::from_toml(&text.concat(), ".").unwrap()).unwrap();
+    let mut motion = own.simulation().unwrap();
+    // The first 10 ms are those of the transient. Both ends have nearly the same speed.
+    let places = [0.01, 0.02, 0.03].map(|t| {
+        motion.step_to(t).unwrap();
+        let nodes = &motion.shape().rods["belt"].nodes;
+        0.5 * (nodes[0][0] - nodes[nodes.len() - 1][0])
+    });
+    let found = (places[2] - 2.0 * places[1] + places[0]) / 1e-4;
+    let ratio = (PI * friction).exp();
+    let length = straight * (1.0 + ratio) + (belt + drum) * (ratio - 1.0) / friction;
+    let exact = (pull - hold * ratio) / (density * PI * belt * belt * length);
+    println!("acceleration {found:.3}, by theory {exact:.3} m/s^2");
+    // Edges of an eighth of the radius run onto the drum one after the other.
+    assert!((found / exact - 1.0).abs() < 0.03, "{found} {exact}");
 }
