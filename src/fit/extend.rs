@@ -126,7 +126,7 @@ impl FitFile {
             let sizes = RodSizes::new(experiment, &problem);
             // One unknown has one value: experiments with another value of the number keep it.
             let stated = parameter.of(experiment.problem.scene());
-            if *first.get_or_insert(stated) != stated {
+            if first.is_some_and(|first| first != stated) {
                 continue;
             }
             if let Some(plausible) = add_effect(parameter.path(), experiment, &sizes) {
@@ -138,6 +138,7 @@ impl FitFile {
                 let is_beyond = parameter.is_positive() && value > 0.0 && sum <= 0.0;
                 start.get_or_insert(if is_beyond { SMALL_START * value } else { sum });
                 names.push(experiment.name.clone());
+                first = Some(stated);
             }
         }
         if names.is_empty() {
