@@ -9,8 +9,10 @@ use crate::fit::measurement::MeasuredData;
 use crate::fit::measurement::experiment::Experiment;
 use crate::fit::measurement::load_deflection::LoadCurve;
 use crate::fit::measurement::sensor_reference::SensorReference;
-use crate::fit::uncertainty::discrepancy::experiment_effect::{EffectTerm, ExperimentEffect};
-use crate::scene::{Parameter, SensorModel};
+use crate::fit::uncertainty::discrepancy::experiment_effect::{
+    EffectTerm, ExperimentEffect, with_sensor,
+};
+use crate::scene::Parameter;
 
 /// Plausible reading without load over the largest displacement.
 const ZERO_OFFSET: f64 = 0.01;
@@ -68,11 +70,9 @@ impl EffectTerm for DialGauge {
     /// change, if the scene does not allow it.
     fn add_to(effect: &ExperimentEffect<Self>, experiment: &mut Experiment) -> bool {
         let DialGauge { sensor, curve } = &effect.term;
-        let mut scene = experiment.problem.scene().clone();
-        if scene.sensors.iter().all(|model| model.name != *sensor) {
-            scene.sensors.push(SensorModel::new(sensor));
-        }
-        let Ok(problem) = experiment.problem.with_scene(scene) else { return false };
+        let Some(problem) = with_sensor(&experiment.problem, sensor, effect.path) else {
+            return false;
+        };
         let Some(own) = curve_of(&mut experiment.measurements[*curve].data) else { return false };
         own.gauge = SensorReference(Some(sensor.clone()));
         experiment.problem = problem;

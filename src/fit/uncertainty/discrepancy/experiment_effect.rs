@@ -9,10 +9,11 @@
 //! gain](crate::fit::uncertainty::discrepancy::sensor_gain_effects), of
 //! [gravity](crate::fit::uncertainty::discrepancy::gravity_effects) or of a [dial
 //! gauge](crate::fit::uncertainty::discrepancy::dial_gauge_effects). `EffectTerm::effects` lists all effects of an
-//! experiment, `add_to` adds the term of one to it.
+//! experiment, `add_to` adds the term of one to it. [`with_sensor`] adds a sensor to a scene, for effects of sensors.
 
 use crate::fit::measurement::experiment::Experiment;
 use crate::problem::Problem;
+use crate::scene::{Parameter, SensorModel};
 
 /// An omitted effect of an experiment, with the term that it adds.
 #[derive(PartialEq)]
@@ -46,4 +47,16 @@ pub(super) trait EffectTerm: Sized {
     /// Adds the term of an effect to an experiment, in place. False, without a change, if the scene cannot have it, or
     /// the model has no derivative by the number.
     fn add_to(effect: &ExperimentEffect<Self>, experiment: &mut Experiment) -> bool;
+}
+
+/// A copy of a problem whose scene has a sensor of this name, which is added unless it is there. `None` if the scene
+/// does not allow it, or the model has no derivative by the number at `path`.
+pub(super) fn with_sensor(problem: &Problem, name: &str, path: &'static str) -> Option<Problem> {
+    let mut scene = problem.scene().clone();
+    if scene.sensors.iter().all(|model| model.name != name) {
+        scene.sensors.push(SensorModel::new(name));
+    }
+    let added = problem.with_scene(scene).ok()?;
+    added.check_parameter(Parameter::at(path)).ok()?;
+    Some(added)
 }

@@ -9,10 +9,12 @@ use crate::fit::measurement::MeasuredData;
 use crate::fit::measurement::experiment::Experiment;
 use crate::fit::measurement::sensor_channel::{Channel, ReactionPart, SensorChannel};
 use crate::fit::measurement::sensor_reference::SensorReference;
-use crate::fit::uncertainty::discrepancy::experiment_effect::{EffectTerm, ExperimentEffect};
+use crate::fit::uncertainty::discrepancy::experiment_effect::{
+    EffectTerm, ExperimentEffect, with_sensor,
+};
 use crate::numerics::total_order;
 use crate::numerics::vector::{Vector, sub};
-use crate::scene::{End, Parameter, SensorModel};
+use crate::scene::{End, Parameter};
 
 /// Plausible distance of the origin of a load cell from the clamp, where none is stated, over the length of the rod.
 const POSITION: f64 = 0.02;
@@ -92,14 +94,9 @@ impl EffectTerm for LoadCell {
     /// without a change, if the scene does not allow it.
     fn add_to(effect: &ExperimentEffect<Self>, experiment: &mut Experiment) -> bool {
         let Self { sensor, end } = &effect.term;
-        let mut scene = experiment.problem.scene().clone();
-        if scene.sensors.iter().all(|model| model.name != *sensor) {
-            scene.sensors.push(SensorModel::new(sensor));
-        }
-        let Ok(problem) = experiment.problem.with_scene(scene) else { return false };
-        if problem.check_parameter(Parameter::at(effect.path)).is_err() {
+        let Some(problem) = with_sensor(&experiment.problem, sensor, effect.path) else {
             return false;
-        }
+        };
         experiment.problem = problem;
         for measurement in &mut experiment.measurements {
             if moment_of(&measurement.data).is_some_and(|(of, own)| of == *end && own.0.is_none())

@@ -10,9 +10,11 @@ use crate::fit::measurement::experiment::Experiment;
 use crate::fit::measurement::sensor::SensorReadings;
 use crate::fit::measurement::sensor_reference::SensorReference;
 use crate::fit::measurement::{MeasuredData, Measurement};
-use crate::fit::uncertainty::discrepancy::experiment_effect::{EffectTerm, ExperimentEffect};
+use crate::fit::uncertainty::discrepancy::experiment_effect::{
+    EffectTerm, ExperimentEffect, with_sensor,
+};
 use crate::fit::uncertainty::discrepancy::load_cell_effects::{load_cell_at, moment_of};
-use crate::scene::{Parameter, SensorModel};
+use crate::scene::Parameter;
 
 /// Plausible relative error of a calibration: that of gauge factors of strain gauges, and of load cells off their axis.
 const GAIN: f64 = 0.01;
@@ -80,14 +82,9 @@ impl EffectTerm for SensorGain {
     /// without a change, if the scene does not allow it.
     fn add_to(effect: &ExperimentEffect<Self>, experiment: &mut Experiment) -> bool {
         let Self { sensor, measurements } = &effect.term;
-        let mut scene = experiment.problem.scene().clone();
-        if scene.sensors.iter().all(|model| model.name != *sensor) {
-            scene.sensors.push(SensorModel::new(sensor));
-        }
-        let Ok(problem) = experiment.problem.with_scene(scene) else { return false };
-        if problem.check_parameter(Parameter::at(effect.path)).is_err() {
+        let Some(problem) = with_sensor(&experiment.problem, sensor, effect.path) else {
             return false;
-        }
+        };
         experiment.problem = problem;
         for k in measurements {
             if let MeasuredData::SensorReadings(own) = &mut experiment.measurements[*k].data {
